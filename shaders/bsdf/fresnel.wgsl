@@ -1,0 +1,35 @@
+// Unpolarised Fresnel reflectance, four wavelengths at a time.
+
+// Square of the transmitted cosine, negative under total internal reflection; `eta` = eta_t / eta_i. Written without 1 - cos^2, so that it keeps its
+// digits near the critical angle and is exactly cos_i^2 for matched indices.
+fn cos_transmitted_squared(cos_i: f32, eta: vec4f) -> vec4f {
+    return ((eta - 1.0) * (eta + 1.0) + cos_i * cos_i) / (eta * eta);
+}
+
+// Reflectance of a smooth dielectric boundary for cos_i >= 0.
+fn fresnel_dielectric(cos_i: f32, eta: vec4f) -> vec4f {
+    let c2 = cos_transmitted_squared(cos_i, eta);
+    let cos_t = sqrt(max(c2, vec4f(0.0)));
+    let tiny = vec4f(1e-20);
+    let rs = (cos_i - eta * cos_t) / max(cos_i + eta * cos_t, tiny);
+    let rp = (eta * cos_i - cos_t) / max(eta * cos_i + cos_t, tiny);
+    return select(0.5 * (rs * rs + rp * rp), vec4f(1.0), c2 <= vec4f(0.0));
+}
+
+#if CONDUCTOR
+// Reflectance of a metal of index eta + i k against vacuum (Born & Wolf 14.2; in the form of Lagarde 2013).
+fn fresnel_conductor(cos_i: f32, eta: vec4f, k: vec4f) -> vec4f {
+    let c2 = cos_i * cos_i;
+    let s2 = 1.0 - c2;
+    let t0 = eta * eta - k * k - s2;
+    let a2_b2 = sqrt(t0 * t0 + 4.0 * eta * eta * k * k);
+    let a = sqrt(max(0.5 * (a2_b2 + t0), vec4f(0.0)));
+    let t1 = a2_b2 + c2;
+    let t2 = 2.0 * cos_i * a;
+    let rs = (t1 - t2) / (t1 + t2);
+    let t3 = c2 * a2_b2 + s2 * s2;
+    let t4 = t2 * s2;
+    let rp = rs * (t3 - t4) / (t3 + t4);
+    return 0.5 * (rs + rp);
+}
+#endif

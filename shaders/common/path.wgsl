@@ -1,0 +1,44 @@
+// State of the path that an invocation is tracing.
+
+var<private> beta: array<vec4f, LANES4>; // throughput per lane
+var<private> li: array<vec4f, LANES4>; // radiance gathered so far
+var<private> pending: array<vec4f, LANES4>; // light-sample contribution that waits for its shadow ray
+
+fn sum_beta() -> f32 {
+    var s = vec4f(0.0);
+    for (var k = 0u; k < LANES4; k++) {
+        s += beta[k];
+    }
+    return sum4(s);
+}
+
+fn scale_beta(factor: f32) {
+    for (var k = 0u; k < LANES4; k++) {
+        beta[k] *= factor;
+    }
+}
+
+#if LANE_CHOICE
+// A lane with probability beta / sum(beta): the one-sample mixture over wavelengths; callers divide by the mixture's pdf.
+fn sample_lane(u: f32) -> u32 {
+    let target_sum = u * sum_beta();
+    var lane = 0u;
+    var last = 0u;
+    var s = 0.0;
+    for (var k = 0u; k < LANES4; k++) {
+        for (var c = 0u; c < 4u; c++) {
+            let b = beta[k][c];
+            // The last lane of non-zero throughput catches what rounding leaves over.
+            last = select(last, 4u * k + c, b > 0.0);
+            s += b;
+            lane = select(lane, 4u * k + c + 1u, s <= target_sum);
+        }
+    }
+    return min(lane, last);
+}
+
+// Value of a spectrum at one lane.
+fn spectrum_at(row: u32, lane: u32) -> f32 {
+    return spectra[pass_base + row * LANES4 + lane / 4u][lane % 4u];
+}
+#endif

@@ -1,0 +1,66 @@
+// What a hit point looks like to the shading code.
+
+struct Surface {
+    p: vec3f,
+    error: f32, // bound on the distance of p from the true surface along n, m
+    n: vec3f, // geometric normal, outward
+    primitive: u32,
+    ns: vec3f, // shading normal, on the side of n
+    shape: u32,
+    light: u32, // index of the light that this primitive is, or NONE
+}
+
+fn surface_at(ray: Ray, hit: Hit) -> Surface {
+    let r0 = primitives[3u * hit.primitive];
+    let r1 = primitives[3u * hit.primitive + 1u];
+    let r2 = primitives[3u * hit.primitive + 2u];
+    let word = bitcast<u32>(r0.w);
+    var s: Surface;
+    s.primitive = hit.primitive;
+    s.shape = word & 0x3fffffffu;
+    s.light = bitcast<u32>(r1.w);
+#if QUADRICS
+    let kind = word >> 30u;
+    if (kind != PRIMITIVE_TRIANGLE) {
+        let q = ray.o + hit.t * ray.d - r0.xyz;
+        if (kind == PRIMITIVE_SPHERE) {
+            s.n = normalize(q);
+            s.p = r0.xyz + r2.x * s.n; // back onto the sphere: the error no longer grows with the ray's length
+        } else if (kind == PRIMITIVE_DISC) {
+            s.n = r1.xyz;
+            s.p = r0.xyz + (q - dot(q, s.n) * s.n);
+        } else {
+            let h = dot(q, r1.xyz);
+            s.n = normalize(q - h * r1.xyz);
+            s.p = r0.xyz + h * r1.xyz + r2.x * s.n;
+        }
+        let magnitude = abs(r0.xyz) + abs(s.p - r0.xyz);
+        s.error = GAMMA_7 * dot(abs(s.n), magnitude);
+        s.ns = s.n;
+        return s;
+    }
+#endif
+    let b = vec3f(1.0 - hit.bary.x - hit.bary.y, hit.bary);
+    s.n = normalize(cross(r1.xyz - r0.xyz, r2.xyz - r0.xyz));
+    s.p = b.x * r0.xyz + b.y * r1.xyz + b.z * r2.xyz;
+    s.error = GAMMA_7 * dot(abs(s.n), abs(b.x * r0.xyz) + abs(b.y * r1.xyz) + abs(b.z * r2.xyz));
+    s.ns = s.n;
+#if SMOOTH_NORMALS
+    let at = bitcast<u32>(r2.w);
+    if (at != NONE) {
+        let ns = b.x * normals[at].xyz + b.y * normals[at + 1u].xyz + b.z * normals[at + 2u].xyz;
+        let length_squared = dot(ns, ns);
+        if (length_squared > 0.0) {
+            s.ns = ns * inverseSqrt(length_squared);
+            s.ns = select(-s.ns, s.ns, dot(s.ns, s.n) > 0.0);
+        }
+    }
+#endif
+    return s;
+}
+
+// Origin of a ray that leaves `s` towards `d`: off the surface by the error bound, on d's side (pbrt-v4, 6.8.6).
+fn leave(s: Surface, d: vec3f) -> vec3f {
+    let side = select(-1.0, 1.0, dot(d, s.n) >= 0.0);
+    return s.p + (side * s.error) * s.n;
+}

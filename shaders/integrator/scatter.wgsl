@@ -1,0 +1,255 @@
+// What happens at a vertex: next-event estimation and the choice of a new direction, for each kind of material and for media.
+
+fn material_of(primitive: u32) -> u32 {
+    return bitcast<u32>(primitives[3u * primitive].w) & 0x3fffffffu;
+}
+
+// The path's next segment from `o` along `d`, whose pdf (solid angle) is `pdf`, negative if no light sample could have made it.
+fn next_segment(o: vec3f, d: vec3f, from_primitive: u32, vertex: vec3f, pdf: f32) -> Ray {
+    path.pdf = pdf;
+    path.last_vertex = vertex;
+    return Ray(o, INFINITE, d, from_primitive, NONE, false);
+}
+
+// Russian roulette from the fourth event on, surviving by the mean throughput of the carried wavelengths.
+fn survives_roulette() -> bool {
+    let mean_beta = sum_beta() / f32(LANES);
+    if (mean_beta <= 0.0) {
+        return false;
+    }
+    if (path.depth < 4u) {
+        return true;
+    }
+    let p = clamp(mean_beta, 0.05, 1.0);
+    scale_beta(1.0 / p);
+    return next_1d() < p;
+}
+
+// Counts an event; false if the path is too long and ends here.
+fn count_event() -> bool {
+    if (path.depth >= params.max_depth) {
+        atomicAdd(&counters[COUNTER_TRUNCATED], 1u);
+        return false;
+    }
+    path.depth += 1u;
+    return true;
+}
+
+#if NEE
+// Radiance, intensity or irradiance of the sampled light.
+fn light_spectrum(light: LightSample, k: u32) -> vec4f {
+#if ENV_IMAGE
+    if (light.texel != NONE) {
+        return environment_radiance(lights[ENVIRONMENT_LIGHT], light.texel, k);
+    }
+#endif
+    return spectrum(light.row, k);
+}
+
+// Share of a light sample whose direction the scattering would have chosen with pdf `pdf`.
+fn light_mis(light: LightSample, pdf: f32) -> f32 {
+    return light.weight * select(1.0, light.pdf / (light.pdf + pdf), light.pdf > 0.0);
+}
+
+// Sends the shadow ray of `pending` first, `next` after it (or nothing, if the path does not survive).
+fn shadow_then(next: Ray, survives: bool, light: LightSample, o: vec3f, from_primitive: u32) -> Ray {
+    next_ray = next;
+    next_ray.t_max = select(0.0, next.t_max, survives);
+    path.in_shadow = true;
+#if PASS_THROUGH
+    return Ray(o, light.distance, light.wi, from_primitive, light.primitive, false);
+#else
+    return Ray(o, light.distance, light.wi, from_primitive, light.primitive, true);
+#endif
+}
+
+#if INTERIORS
+// Volumes that the shadow ray starts in.
+fn shadow_starts_in(volumes: vec4u, light: LightSample) {
+#if PASS_THROUGH
+    shadow_inside = volumes;
+#elif MEDIA
+    attenuate_pending(ruling_interior(volumes), light.distance);
+#endif
+}
+#endif
+#endif
+
+fn continue_or_end(next: Ray, survives: bool) -> Ray {
+    path.ended = !survives;
+    return next;
+}
+
+#if SCATTERING
+fn scatter_in_medium(ray: Ray, t: f32, m: Interior) -> Ray {
+    if (!count_event()) {
+        return end_path(ray);
+    }
+    let p = ray.o + t * ray.d;
+#if NEE
+    let u = next_2d();
+    let light = sample_light(p, next_1d(), u);
+    let lit = light.weight > 0.0;
+    if (lit) {
+        let phase = phase_hg(dot(ray.d, light.wi), m.g);
+        let w = light_mis(light, phase) * phase;
+        for (var k = 0u; k < LANES4; k++) {
+            pending[k] = w * beta[k] * light_spectrum(light, k);
+        }
+        shadow_starts_in(inside, light);
+    }
+#endif
+    let d = sample_hg(ray.d, m.g, next_2d());
+    let survives = survives_roulette();
+    let next = next_segment(p, d, NONE, p, phase_hg(dot(ray.d, d), m.g));
+#if NEE
+    if (lit) {
+        return shadow_then(next, survives, light, p, NONE);
+    }
+#endif
+    return continue_or_end(next, survives);
+}
+#endif
+
+#if DIFFUSE
+fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray {
+    for (var k = 0u; k < LANES4; k++) {
+        beta[k] *= spectrum(m.a, k);
+    }
+#if NEE
+    let u = next_2d();
+    let light = sample_light(s.p, next_1d(), u);
+    let cos_light = dot(ns, light.wi);
+    let lit = light.weight > 0.0 && cos_light > 0.0 && dot(n, light.wi) > 0.0;
+    if (lit) {
+        let pdf = cos_light * INV_PI;
+        let w = light_mis(light, pdf) * pdf;
+        for (var k = 0u; k < LANES4; k++) {
+            pending[k] = w * beta[k] * light_spectrum(light, k);
+        }
+#if INTERIORS
+        shadow_starts_in(inside, light);
+#endif
+    }
+#endif
+    let local = sample_cosine(next_2d());
+    let d = normalize(frame_around(ns) * local);
+    let survives = survives_roulette() && dot(n, d) > 0.0;
+    let next = next_segment(leave(s, d), d, s.primitive, s.p, local.z * INV_PI);
+#if NEE
+    if (lit) {
+        return shadow_then(next, survives, light, leave(s, light.wi), s.primitive);
+    }
+#endif
+    return continue_or_end(next, survives);
+}
+#endif
+
+#if SMOOTH_CONDUCTOR
+fn scatter_smooth_conductor(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray {
+    let cos_i = min(-dot(ray.d, ns), 1.0);
+    let d = normalize(ray.d + 2.0 * cos_i * ns);
+    for (var k = 0u; k < LANES4; k++) {
+        beta[k] *= fresnel_conductor(cos_i, spectrum(m.a, k), spectrum(m.b, k));
+    }
+    let survives = cos_i > 0.0 && dot(d, n) > 0.0 && survives_roulette();
+    return continue_or_end(next_segment(leave(s, d), d, s.primitive, s.p, -1.0), survives);
+}
+#endif
+
+#if ROUGH_CONDUCTOR
+fn scatter_rough_conductor(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray {
+    let frame = frame_around(ns);
+    let wo = -ray.d * frame;
+    if (wo.z <= 0.0) {
+        return end_path(ray);
+    }
+#if NEE
+    let u = next_2d();
+    let light = sample_light(s.p, next_1d(), u);
+    var lit = light.weight > 0.0 && dot(n, light.wi) > 0.0;
+    if (lit) {
+        let w = light_mis(light, eval_rough_conductor(m, wo, light.wi * frame));
+        for (var k = 0u; k < LANES4; k++) {
+            pending[k] = w * beta[k] * bsdf_f[k] * light_spectrum(light, k);
+        }
+#if INTERIORS
+        shadow_starts_in(inside, light);
+#endif
+    }
+#endif
+    let wi = sample_rough_conductor(m, wo, next_1d(), next_2d());
+    let pdf = eval_rough_conductor(m, wo, wi);
+    let d = normalize(frame * wi);
+    for (var k = 0u; k < LANES4; k++) {
+        beta[k] *= select(vec4f(0.0), bsdf_f[k] / pdf, pdf > 0.0);
+    }
+    let survives = survives_roulette() && dot(n, d) > 0.0;
+    let next = next_segment(leave(s, d), d, s.primitive, s.p, pdf);
+#if NEE
+    if (lit) {
+        return shadow_then(next, survives, light, leave(s, light.wi), s.primitive);
+    }
+#endif
+    return continue_or_end(next, survives);
+}
+#endif
+
+#if THIN_DIELECTRIC
+// A pane with all its inner reflections: R' = 2R / (1 + R); what is not reflected goes straight through.
+fn scatter_thin_dielectric(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray {
+    let cos_i = clamp(-dot(ray.d, ns), 0.0, 1.0);
+    var reflected = vec4f(0.0);
+    for (var k = 0u; k < LANES4; k++) {
+        let r = fresnel_dielectric(cos_i, spectrum(m.a, k));
+        reflected += beta[k] * (2.0 * r / (1.0 + r));
+    }
+    let total = sum_beta();
+    let q = select(0.0, sum4(reflected) / total, total > 0.0);
+    let reflects = next_1d() < q;
+    for (var k = 0u; k < LANES4; k++) {
+        let r = fresnel_dielectric(cos_i, spectrum(m.a, k));
+        let r2 = 2.0 * r / (1.0 + r);
+        beta[k] *= select((1.0 - r2) / (1.0 - q), r2 / q, reflects);
+    }
+    let d = select(ray.d, normalize(ray.d + 2.0 * cos_i * ns), reflects);
+    let survives = (!reflects || dot(d, n) > 0.0) && survives_roulette();
+    return continue_or_end(next_segment(leave(s, d), d, s.primitive, s.p, -1.0), survives);
+}
+#endif
+
+// Scattering at an opaque or thin surface.
+fn scatter_at_surface(ray: Ray, s: Surface, m: Material) -> Ray {
+    // Normals on the side that the path comes from.
+    let flip = select(1.0, -1.0, dot(ray.d, s.n) > 0.0);
+    let n = flip * s.n;
+    let ns = flip * s.ns;
+    switch m.kind {
+#if SMOOTH_CONDUCTOR
+        case MATERIAL_KIND_SMOOTH_CONDUCTOR: {
+            return scatter_smooth_conductor(ray, s, m, n, ns);
+        }
+#endif
+#if ROUGH_CONDUCTOR
+        case MATERIAL_KIND_ROUGH_CONDUCTOR: {
+            return scatter_rough_conductor(ray, s, m, n, ns);
+        }
+#endif
+#if THIN_DIELECTRIC
+        case MATERIAL_KIND_THIN_DIELECTRIC: {
+            return scatter_thin_dielectric(ray, s, m, n, ns);
+        }
+#endif
+        default: {
+#if DIFFUSE
+            return scatter_diffuse(ray, s, m, n, ns);
+#else
+            return end_path(ray);
+#endif
+        }
+    }
+}
+
+#if DIELECTRIC
+#include "integrator/scatter_dielectric.wgsl"
+#endif

@@ -1,0 +1,119 @@
+// The boundary between two volumes: reflection, refraction, and the parting of wavelengths.
+
+#if DISPERSION
+// Keeps one wavelength, all equally likely, of a path that still carries all of them. Returns its lane.
+fn part_wavelengths() -> u32 {
+    if (path.lane == NONE) {
+        path.lane = min(u32(next_1d() * f32(LANES)), LANES - 1u);
+        for (var k = 0u; k < LANES4; k++) {
+            beta[k] *= f32(LANES) * one_hot(path.lane, k);
+        }
+    }
+    return path.lane;
+}
+#endif
+
+// `others` are the volumes around besides the surface's own, `beyond` those behind the surface as seen by the ray.
+fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, others: vec4u, beyond: vec4u) -> Ray {
+    let rank = interiors[m.interior].rank;
+    let enters = dot(ray.d, s.n) < 0.0;
+    let here = select(with_interior(others, rank), others, enters);
+    let near = interiors[ruling_interior(here)];
+    let far = interiors[ruling_interior(beyond)];
+    if (near.eta_row == far.eta_row) {
+        inside = beyond;
+        return pass_through(ray, s);
+    }
+    if (!count_event()) {
+        return end_path(ray);
+    }
+    let flip = select(-1.0, 1.0, enters);
+    let n = flip * s.n;
+    let ns = flip * s.ns;
+#if ROUGH_DIELECTRIC
+    if (m.kind == MATERIAL_KIND_ROUGH_DIELECTRIC) {
+        return scatter_rough_dielectric(ray, s, m, n, ns, here, beyond, near.eta_row, far.eta_row);
+    }
+#endif
+#if SMOOTH_DIELECTRIC
+    let cos_i = min(-dot(ray.d, ns), 1.0);
+    if (cos_i <= 0.0) {
+        return end_path(ray);
+    }
+    // Reflection has the same direction at every wavelength: one choice for all, by the mean Fresnel reflectance of what the path carries.
+    var reflected = vec4f(0.0);
+    for (var k = 0u; k < LANES4; k++) {
+        reflected += beta[k] * fresnel_dielectric(cos_i, spectrum(far.eta_row, k) / spectrum(near.eta_row, k));
+    }
+    let total = sum_beta();
+    let q = select(0.0, sum4(reflected) / total, total > 0.0);
+    if (next_1d() < q) {
+        for (var k = 0u; k < LANES4; k++) {
+            beta[k] *= fresnel_dielectric(cos_i, spectrum(far.eta_row, k) / spectrum(near.eta_row, k)) / q;
+        }
+        let d = normalize(ray.d + 2.0 * cos_i * ns);
+        inside = here;
+        let survives = dot(d, n) > 0.0 && survives_roulette();
+        return continue_or_end(next_segment(leave(s, d), d, s.primitive, s.p, -1.0), survives);
+    }
+    for (var k = 0u; k < LANES4; k++) {
+        let eta = spectrum(far.eta_row, k) / spectrum(near.eta_row, k);
+        beta[k] *= (1.0 - fresnel_dielectric(cos_i, eta)) / ((1.0 - q) * eta * eta);
+    }
+    var lane = 0u;
+#if DISPERSION
+    if (near.dispersive != far.dispersive || near.dispersive != 0u) {
+        lane = part_wavelengths();
+    }
+#endif
+    let eta = spectrum(far.eta_row, lane / 4u)[lane % 4u] / spectrum(near.eta_row, lane / 4u)[lane % 4u];
+    let cos_t2 = cos_transmitted_squared(cos_i, vec4f(eta)).x;
+    let d = normalize(ray.d / eta + (cos_i / eta - sqrt(max(cos_t2, 0.0))) * ns);
+    inside = beyond;
+    let survives = cos_t2 > 0.0 && dot(d, n) < 0.0 && survives_roulette();
+    return continue_or_end(next_segment(leave(s, d), d, s.primitive, s.p, -1.0), survives);
+#else
+    return end_path(ray);
+#endif
+}
+
+#if ROUGH_DIELECTRIC
+fn scatter_rough_dielectric(
+    ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f, here: vec4u, beyond: vec4u, near_row: u32, far_row: u32,
+) -> Ray {
+    let frame = frame_around(ns);
+    let wo = -ray.d * frame;
+    if (wo.z <= 0.0) {
+        return end_path(ray);
+    }
+#if NEE
+    let u = next_2d();
+    let light = sample_light(s.p, next_1d(), u);
+    let wl = light.wi * frame;
+    let lit = light.weight > 0.0 && dot(n, light.wi) * wl.z > 0.0;
+    if (lit) {
+        let w = light_mis(light, eval_rough_dielectric(m, wo, wl, near_row, far_row));
+        for (var k = 0u; k < LANES4; k++) {
+            pending[k] = w * beta[k] * bsdf_f[k] * light_spectrum(light, k);
+        }
+        shadow_starts_in(select(beyond, here, wl.z > 0.0), light);
+    }
+#endif
+    let lane = sample_lane(next_1d());
+    let wi = sample_rough_dielectric(m, wo, spectrum_at(far_row, lane) / spectrum_at(near_row, lane), next_2d(), next_2d());
+    let pdf = select(0.0, eval_rough_dielectric(m, wo, wi, near_row, far_row), wi.z != 0.0);
+    for (var k = 0u; k < LANES4; k++) {
+        beta[k] *= select(vec4f(0.0), bsdf_f[k] / pdf, pdf > 0.0);
+    }
+    let d = normalize(frame * wi);
+    inside = select(beyond, here, wi.z > 0.0);
+    let survives = dot(n, d) * wi.z > 0.0 && survives_roulette();
+    let next = next_segment(leave(s, d), d, s.primitive, s.p, pdf);
+#if NEE
+    if (lit) {
+        return shadow_then(next, survives, light, leave(s, light.wi), s.primitive);
+    }
+#endif
+    return continue_or_end(next, survives);
+}
+#endif

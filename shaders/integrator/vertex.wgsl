@@ -1,0 +1,187 @@
+// A path from vertex to vertex: free flight, emission, the boundaries of volumes, and what happens when a ray escapes.
+
+struct Path {
+    ended: bool,
+    in_shadow: bool, // the ray at hand is a light sample's; `next_ray` waits
+    depth: u32, // scattering events so far
+    pdf: f32, // of the present direction per solid angle; negative if no light sample could have made it
+    last_vertex: vec3f, // where that direction was chosen
+    crossings: u32, // surfaces passed straight through; bounds the loop
+    lane: u32, // the one wavelength left after a dispersive refraction, or NONE
+}
+
+var<private> path: Path;
+
+#if NEE
+var<private> next_ray: Ray; // the path's next segment, while its shadow ray is under way
+#if PASS_THROUGH
+var<private> shadow_inside: vec4u; // volumes that the shadow ray is in
+#endif
+#endif
+
+fn begin_path(pixel: vec2u, sample: u32) -> Ray {
+    start_sampler(pixel.y * params.image_width + pixel.x, params.batch, params.seed, sample);
+    pass_base = (sample - params.first_sample) * params.spectra_stride;
+    let ray = start_ray(pixel);
+    path = Path(false, false, 0u, -1.0, ray.o, 0u, NONE);
+#if INTERIORS
+    inside = params.inside;
+#endif
+    return ray;
+}
+
+fn end_path(ray: Ray) -> Ray {
+    path.ended = true;
+    return ray;
+}
+
+// The same direction from beyond a surface that is not there. No event: depth, pdf and last vertex stay.
+fn pass_through(ray: Ray, s: Surface) -> Ray {
+    var r = ray;
+    r.o = leave(s, ray.d);
+    r.from_primitive = s.primitive;
+    path.crossings += 1u;
+    path.ended = path.crossings > MAX_CROSSINGS;
+    return r;
+}
+
+#if LIGHT_AREA
+fn add_emission(ray: Ray, s: Surface) {
+    let light = lights[s.light];
+    if (emits_towards(light, -dot(s.n, ray.d))) {
+        let w = mis_weight(path.pdf, pdf_area_light(s.light, path.last_vertex, distance(s.p, path.last_vertex), ray.d, s.n));
+        for (var k = 0u; k < LANES4; k++) {
+            li[k] += w * beta[k] * spectrum(light.row, k);
+        }
+    }
+}
+#endif
+
+#if MIX
+// The component that a mixture shows to this path (or to its shadow ray); its share of each wavelength goes into beta (or pending).
+fn resolve_mixture(first: u32, in_shadow: bool) -> u32 {
+    var index = first;
+    for (var i = 0u; i < 8u && materials[index].kind == MATERIAL_KIND_MIX; i++) {
+        let m = materials[index];
+        var share = 0.0;
+        for (var k = 0u; k < LANES4; k++) {
+            share += dot(beta[k], spectrum(m.a, k));
+        }
+        let total = sum_beta();
+        // Any probability strictly between 0 and 1 is right; that of the carried wavelengths is best.
+        share = select(0.5, clamp(share / total, 0.001, 0.999), total > 0.0);
+        let is_first = next_1d() < share;
+        for (var k = 0u; k < LANES4; k++) {
+            let w = spectrum(m.a, k);
+            let factor = select((1.0 - w) / (1.0 - share), w / share, is_first);
+            if (in_shadow) {
+                pending[k] *= factor;
+            } else {
+                beta[k] *= factor;
+            }
+        }
+        index = select(m.c, m.b, is_first);
+    }
+    return index;
+}
+#endif
+
+// Takes the path over the segment that `hit` ends, and returns its next ray (a shadow ray if path.in_shadow).
+fn advance(ray: Ray, hit: Hit) -> Ray {
+#if MEDIA
+    let medium = ruling_interior(inside);
+    let t = fly(medium, hit.t);
+#if SCATTERING
+    if (t >= 0.0) {
+        return scatter_in_medium(ray, t, interiors[medium]);
+    }
+#endif
+#endif
+    if (hit.primitive == NONE) {
+#if LIGHT_ENVIRONMENT
+        add_environment(ray.d, path.pdf);
+#endif
+        return end_path(ray);
+    }
+    let s = surface_at(ray, hit);
+#if LIGHT_AREA
+    if (s.light != NONE) {
+        add_emission(ray, s);
+    }
+#endif
+    var index = material_of(hit.primitive);
+#if MIX
+    index = resolve_mixture(index, false);
+#endif
+    let m = materials[index];
+#if INTERIORS
+    if (m.interior != NONE) {
+        let rank = interiors[m.interior].rank;
+        let others = without_interior(inside, rank);
+        let beyond = select(others, with_interior(others, rank), dot(ray.d, s.n) < 0.0);
+        if (m.kind == MATERIAL_KIND_BOUNDARY || rank <= ruling_rank(others)) {
+            inside = beyond;
+            return pass_through(ray, s);
+        }
+#if DIELECTRIC
+        return scatter_at_dielectric(ray, s, m, others, beyond);
+#else
+        return end_path(ray);
+#endif
+    }
+#endif
+#if BOUNDARY
+    if (m.kind == MATERIAL_KIND_BOUNDARY) {
+        return pass_through(ray, s);
+    }
+#endif
+    if (!count_event()) {
+        return end_path(ray);
+    }
+    return scatter_at_surface(ray, s, m);
+}
+
+#if NEE
+// Decides whether the shadow ray that ended in `hit` reached its light, and gives the path back its own ray.
+fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
+    var visible = hit.primitive == NONE;
+#if PASS_THROUGH
+#if MEDIA
+    attenuate_pending(ruling_interior(shadow_inside), min(hit.t, ray.t_max));
+#endif
+    if (!visible) {
+        var index = material_of(hit.primitive);
+#if MIX
+        index = resolve_mixture(index, true);
+#endif
+        let m = materials[index];
+        let s = surface_at(ray, hit);
+        var absent = m.kind == MATERIAL_KIND_BOUNDARY;
+#if INTERIORS
+        if (m.interior != NONE) {
+            let rank = interiors[m.interior].rank;
+            let others = without_interior(shadow_inside, rank);
+            absent = absent || rank <= ruling_rank(others);
+            shadow_inside = select(others, with_interior(others, rank), dot(ray.d, s.n) < 0.0);
+        }
+#endif
+        path.crossings += 1u;
+        if (absent && path.crossings <= MAX_CROSSINGS) {
+            var r = ray;
+            r.o = leave(s, ray.d);
+            r.from_primitive = s.primitive;
+            r.t_max = select(ray.t_max - hit.t, ray.t_max, ray.t_max >= INFINITE);
+            return r;
+        }
+    }
+#endif
+    if (visible) {
+        for (var k = 0u; k < LANES4; k++) {
+            li[k] += pending[k];
+        }
+    }
+    path.in_shadow = false;
+    path.ended = next_ray.t_max <= 0.0;
+    return next_ray;
+}
+#endif

@@ -1,0 +1,118 @@
+// Light from beyond the scene: the sun, a constant environment, a latitude-longitude picture.
+
+#if ENV_IMAGE
+// atan on [0, 1], absolute error 2e-8 (Abramowitz & Stegun 4.4.49); the built-in is only good to 1e-4 on some adapters.
+fn atan_unit(x: f32) -> f32 {
+    let s = x * x;
+    return x * (1.0 + s * (-0.3333314528 + s * (0.1999355085 + s * (-0.1420889944 + s * (0.1065626393
+        + s * (-0.0752896400 + s * (0.0429096138 + s * (-0.0161657367 + s * 0.0028662257))))))));
+}
+
+fn atan2_precise(y: f32, x: f32) -> f32 {
+    let ax = abs(x);
+    let ay = abs(y);
+    let greatest = max(ax, ay);
+    if (greatest == 0.0) {
+        return 0.0;
+    }
+    var a = atan_unit(min(ax, ay) / greatest);
+    a = select(a, 0.5 * PI - a, ay > ax);
+    a = select(a, PI - a, x < 0.0);
+    return select(a, -a, y < 0.0);
+}
+
+// Texel seen in direction `d`.
+fn environment_texel(light: Light, d: vec3f) -> u32 {
+    let local = vec3f(dot(light.p0.xyz, d), dot(light.p1.xyz, d), dot(light.p2.xyz, d));
+    let width = light.p0.w;
+    let height = light.p1.w;
+    let u = fract(atan2_precise(local.z, local.x) / (2.0 * PI) + 1.0);
+    let v = atan2_precise(length(local.xz), local.y) / PI;
+    let column = min(floor(u * width), width - 1.0);
+    let row = min(floor(v * height), height - 1.0);
+    return u32(row * width + column);
+}
+
+// Radiance of a texel: upsampled colour times the colour space's white.
+fn environment_radiance(light: Light, texel: u32, k: u32) -> vec4f {
+    let c = environment[2u * texel];
+    let x = spectrum(bitcast<u32>(light.p2.w), k);
+    let t = (c.x * x + c.y) * x + c.z;
+    return c.w * (0.5 + 0.5 * t * inverseSqrt(1.0 + t * t)) * spectrum(light.row, k);
+}
+
+fn pdf_environment_image(texel: u32) -> f32 {
+    return environment[2u * texel + 1u].z;
+}
+
+fn sample_environment_image(light: Light, u: vec2f) -> LightSample {
+    var s = no_light();
+    let width = light.p0.w;
+    let height = light.p1.w;
+    let x = u.x * width * height;
+    var texel = u32(min(x, width * height - 1.0));
+    let alias_entry = environment[2u * texel + 1u];
+    let f = x - f32(texel);
+    var within = f / alias_entry.x;
+    if (f >= alias_entry.x) {
+        texel = bitcast<u32>(alias_entry.y);
+        within = (f - alias_entry.x) / (1.0 - alias_entry.x);
+    }
+    // Uniform over the texel's solid angle: azimuth and cosine of the polar angle.
+    let column = f32(texel % u32(width));
+    let row = f32(texel / u32(width));
+    let top = cos(PI * row / height);
+    let bottom = cos(PI * (row + 1.0) / height);
+    let y = mix(top, bottom, clamp(within, 0.0, 1.0));
+    let phi = 2.0 * PI * (column + u.y) / width;
+    let rho = sqrt(max(0.0, 1.0 - y * y));
+    let local = vec3f(rho * cos(phi), y, rho * sin(phi));
+    s.wi = normalize(local.x * light.p0.xyz + local.y * light.p1.xyz + local.z * light.p2.xyz);
+    s.distance = INFINITE;
+    s.texel = texel;
+    s.row = light.row;
+    s.pdf = light.probability * pdf_environment_image(texel);
+    s.weight = 1.0 / s.pdf;
+    return s;
+}
+#endif
+
+// Adds what an escaping ray sees; `pdf` is that of its direction, or negative where no light sample could have made it.
+fn add_environment(d: vec3f, pdf: f32) {
+    for (var i = FIRST_DISTANT_LIGHT; i < LIGHTS; i++) {
+        let light = lights[i];
+        switch light.kind {
+#if ENV_CONSTANT
+            case LIGHT_KIND_CONSTANT: {
+                let w = mis_weight(pdf, light.probability / (4.0 * PI));
+                for (var k = 0u; k < LANES4; k++) {
+                    li[k] += w * beta[k] * spectrum(light.row, k);
+                }
+            }
+#endif
+#if ENV_IMAGE
+            case LIGHT_KIND_IMAGE: {
+                let texel = environment_texel(light, d);
+                let w = mis_weight(pdf, light.probability * pdf_environment_image(texel));
+                for (var k = 0u; k < LANES4; k++) {
+                    li[k] += w * beta[k] * environment_radiance(light, texel, k);
+                }
+            }
+#endif
+#if LIGHT_SUN
+            case LIGHT_KIND_SUN: {
+                let omc = light.p2.x;
+                let v = d + light.p1.xyz;
+                // |d - axis|^2 = 2 (1 - cos): keeps its digits for a small sun.
+                if (omc > 0.0 && dot(v, v) <= 2.0 * omc) {
+                    let w = mis_weight(pdf, light.probability / (2.0 * PI * omc));
+                    for (var k = 0u; k < LANES4; k++) {
+                        li[k] += w * beta[k] * spectrum(light.row, k);
+                    }
+                }
+            }
+#endif
+            default: {}
+        }
+    }
+}

@@ -1,0 +1,204 @@
+// Choosing a light, sampling a point on it, and the pdf of having done so.
+
+struct LightSample {
+    wi: vec3f, // towards the light, unit; zero if there is nothing to see
+    distance: f32,
+    weight: f32, // radiance (or intensity, irradiance) of `row` times this is the incident light per pdf
+    pdf: f32, // solid angle, choice of light included; 0 for a light of zero size
+    row: u32,
+    primitive: u32, // the emitting primitive, or NONE
+#if ENV_IMAGE
+    texel: u32, // texel of the environment's picture, or NONE
+#endif
+}
+
+fn no_light() -> LightSample {
+    var s: LightSample;
+    s.primitive = NONE;
+#if ENV_IMAGE
+    s.texel = NONE;
+#endif
+    return s;
+}
+
+// Alias method (Walker 1974; Vose 1991): light `i` with probability lights[i].probability.
+fn choose_light(u: f32) -> u32 {
+    let x = u * f32(LIGHTS);
+    let i = min(u32(x), LIGHTS - 1u);
+    return select(lights[i].alias_index, i, x - f32(i) < lights[i].alias_threshold);
+}
+
+#if LIGHT_SPHERE
+// 1 - cos of the angle that a sphere subtends, without cancellation for small and distant ones.
+fn sphere_one_minus_cos(radius: f32, distance_squared: f32) -> f32 {
+    let s2 = min(radius * radius / distance_squared, 1.0);
+    return s2 / (1.0 + sqrt(1.0 - s2));
+}
+#endif
+
+#if LIGHT_AREA
+// pdf per solid angle at `p` of hitting light `index` at distance `t` with the normal `n` against direction `d`.
+fn pdf_area_light(index: u32, p: vec3f, t: f32, d: vec3f, n: vec3f) -> f32 {
+    let light = lights[index];
+#if LIGHT_SPHERE
+    if (light.kind == LIGHT_KIND_SPHERE) {
+        let v = light.p0.xyz - p;
+        let r = light.p2.x;
+        let d2 = dot(v, v);
+        if (d2 > r * r) {
+            return light.probability / (2.0 * PI * sphere_one_minus_cos(r, d2));
+        }
+    }
+#endif
+    return light.probability * t * t / (light.area * max(abs(dot(n, d)), 1e-20));
+}
+
+fn emits_towards(light: Light, cos_theta: f32) -> bool {
+    return cos_theta > 0.0 || light.two_sided != 0u;
+}
+
+fn sample_area_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
+    var s = no_light();
+    s.row = light.row;
+    s.primitive = light.primitive;
+    var q = light.p0.xyz;
+    var n = light.p1.xyz;
+#if LIGHT_TRIANGLE
+    if (light.kind == LIGHT_KIND_TRIANGLE) {
+        // Uniform on the triangle (Heitz 2019, low-distortion map).
+        let swap = u.y > u.x;
+        let b = select(vec2f(u.x - 0.5 * u.y, 0.5 * u.y), vec2f(0.5 * u.x, u.y - 0.5 * u.x), swap);
+        let e1 = light.p1.xyz - light.p0.xyz;
+        let e2 = light.p2.xyz - light.p0.xyz;
+        q = light.p0.xyz + b.x * e1 + b.y * e2;
+        n = normalize(cross(e1, e2));
+    }
+#endif
+#if LIGHT_DISC
+    if (light.kind == LIGHT_KIND_DISC) {
+        let c = light.p2.x * sample_disc(u);
+        let f = frame_around(n);
+        q = light.p0.xyz + c.x * f[0] + c.y * f[1];
+    }
+#endif
+#if LIGHT_CYLINDER
+    if (light.kind == LIGHT_KIND_CYLINDER) {
+        let axis = light.p1.xyz;
+        let f = frame_around(axis);
+        let phi = 2.0 * PI * u.x;
+        n = cos(phi) * f[0] + sin(phi) * f[1];
+        q = light.p0.xyz + light.p2.y * u.y * axis + light.p2.x * n;
+    }
+#endif
+#if LIGHT_SPHERE
+    if (light.kind == LIGHT_KIND_SPHERE) {
+        let v = light.p0.xyz - p;
+        let r = light.p2.x;
+        let d2 = dot(v, v);
+        if (d2 > r * r) {
+            let omc = sphere_one_minus_cos(r, d2);
+            s.wi = normalize(frame_around(v * inverseSqrt(d2)) * sample_cone(u, omc));
+            let b = dot(v, s.wi);
+            let l = v - b * s.wi;
+            s.distance = b - sqrt(max(0.0, r * r - dot(l, l)));
+            s.pdf = light.probability / (2.0 * PI * omc);
+            s.weight = 1.0 / s.pdf;
+            return s;
+        }
+        let z = 1.0 - 2.0 * u.x;
+        let phi = 2.0 * PI * u.y;
+        let rho = sqrt(max(0.0, 1.0 - z * z));
+        n = vec3f(rho * cos(phi), rho * sin(phi), z);
+        q = light.p0.xyz + r * n;
+    }
+#endif
+    let v = q - p;
+    let d2 = dot(v, v);
+    if (d2 == 0.0) {
+        return s;
+    }
+    let wi = v * inverseSqrt(d2);
+    let cos_theta = -dot(n, wi);
+    if (!emits_towards(light, cos_theta) || cos_theta == 0.0) {
+        return s;
+    }
+    s.wi = wi;
+    s.distance = sqrt(d2);
+    s.pdf = light.probability * d2 / (light.area * abs(cos_theta));
+    s.weight = 1.0 / s.pdf;
+    return s;
+}
+#endif
+
+#if LIGHT_ENVIRONMENT
+#include "light/environment.wgsl"
+#endif
+
+// Light incident at `p`, from one light of the scene.
+fn sample_light(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
+    let index = choose_light(u_choice);
+    let light = lights[index];
+    var s = no_light();
+    s.row = light.row;
+    switch light.kind {
+#if LIGHT_POINT
+        case LIGHT_KIND_POINT, LIGHT_KIND_SPOT: {
+            let v = light.p0.xyz - p;
+            let d2 = dot(v, v);
+            if (d2 > 0.0) {
+                s.wi = v * inverseSqrt(d2);
+                s.distance = sqrt(d2);
+                s.weight = 1.0 / (light.probability * d2);
+                if (light.kind == LIGHT_KIND_SPOT) {
+                    s.weight *= smoothstep(light.p2.y, light.p2.x, -dot(s.wi, light.p1.xyz));
+                }
+            }
+        }
+#endif
+#if LIGHT_BEAM
+        case LIGHT_KIND_BEAM: {
+            let v = p - light.p0.xyz;
+            let along = dot(v, light.p1.xyz);
+            let across = v - along * light.p1.xyz;
+            if (along > 0.0 && dot(across, across) <= light.p2.x * light.p2.x) {
+                s.wi = -light.p1.xyz;
+                s.distance = along;
+                s.weight = 1.0 / light.probability;
+            }
+        }
+#endif
+#if LIGHT_SUN
+        case LIGHT_KIND_SUN: {
+            s.distance = INFINITE;
+            let omc = light.p2.x;
+            if (omc > 0.0) {
+                s.wi = normalize(frame_around(-light.p1.xyz) * sample_cone(u, omc));
+                s.pdf = light.probability / (2.0 * PI * omc);
+                s.weight = 1.0 / s.pdf;
+            } else {
+                s.wi = -light.p1.xyz;
+                s.weight = 1.0 / light.probability;
+            }
+        }
+#endif
+#if ENV_CONSTANT
+        case LIGHT_KIND_CONSTANT: {
+            s.wi = frame_around(vec3f(0.0, 0.0, 1.0)) * sample_cone(u, 2.0);
+            s.distance = INFINITE;
+            s.pdf = light.probability / (4.0 * PI);
+            s.weight = 1.0 / s.pdf;
+        }
+#endif
+#if ENV_IMAGE
+        case LIGHT_KIND_IMAGE: {
+            return sample_environment_image(light, u);
+        }
+#endif
+        default: {
+#if LIGHT_AREA
+            return sample_area_light(light, p, u);
+#endif
+        }
+    }
+    return s;
+}

@@ -1,0 +1,145 @@
+//! How much light single scattering off rough surfaces loses, tabulated, and so what the compensating lobe must give back.
+//!
+//! With `E(mu)` the single-scatter albedo, the tables hold `m(mu) = 1 - E(mu)` and `M = 2 int m mu dmu`. A lobe proportional to
+//! `m(mu_i) m(mu_o) / M` (Kulla & Conty 2017, sec. "Multiple scattering") gives back exactly what is missing, and is reciprocal.
+
+use super::{fresnel, ggx};
+use glam::{DVec3, dvec3};
+use rayon::prelude::*;
+
+/// Nodes in the cosine, at `(j + 0.5) / MU_NODES`.
+pub const MU_NODES: usize = 32;
+/// Nodes in the relative index, log-spaced over `[1 / ETA_MAX, ETA_MAX]`, ends included.
+pub const ETA_NODES: usize = 64;
+/// Greatest relative index of the tables; beyond it they are clamped.
+pub const ETA_MAX: f64 = 3.0;
+/// Below this mean loss there is no compensating lobe.
+pub const MIN_MEAN: f64 = 1e-7;
+
+/// Loss of one GGX roughness: of a dielectric over cosine and relative index, or of a perfect mirror over the cosine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EnergyTable {
+    /// `m = 1 - E` at the nodes, `[eta][mu]` with `MU_NODES` to a row; one row for a mirror.
+    pub missing: Vec<f64>,
+    /// `M = 2 int m mu dmu` of the interpolated row, per row.
+    pub mean: Vec<f64>,
+}
+
+/// Facets per side of the quadrature grid.
+const AZIMUTHS: usize = 24;
+const HEIGHTS: usize = 32;
+
+impl EnergyTable {
+    /// The table of a dielectric interface with GGX width `alpha`: rows are far index over near index.
+    pub fn dielectric(alpha: f64) -> Self {
+        let columns: Vec<Vec<f64>> = (0..MU_NODES).into_par_iter().map(|j| dielectric_column(alpha, node_mu(j))).collect();
+        let missing = (0..ETA_NODES).flat_map(|e| columns.iter().map(move |c| c[e])).collect();
+        Self::with_means(missing)
+    }
+
+    /// The table of a mirror (Fresnel reflectance 1) with GGX width `alpha`.
+    pub fn conductor(alpha: f64) -> Self {
+        let missing = (0..MU_NODES).map(|j| {
+            let wi = direction(node_mu(j));
+            1.0 - mean_over_facets(alpha, wi, |m| reflected_share(alpha, wi, m))
+        });
+        Self::with_means(missing.collect())
+    }
+
+    fn with_means(mut missing: Vec<f64>) -> Self {
+        missing.iter_mut().for_each(|m| *m = m.clamp(0.0, 1.0));
+        let mean = missing.chunks(MU_NODES).map(mean_of_row).collect();
+        Self { missing, mean }
+    }
+
+    /// `m(mu)` at relative index `eta` (any number for a mirror): bilinear, clamped at the ends.
+    pub fn missing_at(&self, mu: f64, eta: f64) -> f64 {
+        let (e0, e1, te) = self.row(eta);
+        let x = (mu * MU_NODES as f64 - 0.5).clamp(0.0, (MU_NODES - 1) as f64);
+        let j = (x as usize).min(MU_NODES - 2);
+        let t = x - j as f64;
+        let at = |e: usize| self.missing[e * MU_NODES + j] * (1.0 - t) + self.missing[e * MU_NODES + j + 1] * t;
+        at(e0) * (1.0 - te) + at(e1) * te
+    }
+
+    /// `M` at relative index `eta`: the integral of [`missing_at`](Self::missing_at), exactly.
+    pub fn mean_at(&self, eta: f64) -> f64 {
+        let (e0, e1, t) = self.row(eta);
+        self.mean[e0] * (1.0 - t) + self.mean[e1] * t
+    }
+
+    /// Rows on either side of `eta` and the weight of the second.
+    fn row(&self, eta: f64) -> (usize, usize, f64) {
+        if self.mean.len() == 1 {
+            return (0, 0, 0.0);
+        }
+        let x = (0.5 * (eta.ln() / ETA_MAX.ln() + 1.0)).clamp(0.0, 1.0) * (ETA_NODES - 1) as f64;
+        let e = (x as usize).min(ETA_NODES - 2);
+        (e, e + 1, x - e as f64)
+    }
+}
+
+/// The cosine of node `j`.
+pub fn node_mu(j: usize) -> f64 {
+    (j as f64 + 0.5) / MU_NODES as f64
+}
+
+/// The relative index of node `e`.
+pub fn node_eta(e: usize) -> f64 {
+    ETA_MAX.powf(2.0 * e as f64 / (ETA_NODES - 1) as f64 - 1.0)
+}
+
+fn direction(mu: f64) -> DVec3 {
+    dvec3(((1.0 - mu) * (1.0 + mu)).sqrt(), 0.0, mu)
+}
+
+/// The mean of `f` over the facets seen from `wi`, by the midpoint rule in the sampling square (symmetric about the plane of incidence).
+fn mean_over_facets(alpha: f64, wi: DVec3, mut f: impl FnMut(DVec3) -> f64) -> f64 {
+    let mut sum = 0.0;
+    for a in 0..AZIMUTHS {
+        for h in 0..HEIGHTS {
+            let u = [0.5 * (a as f64 + 0.5) / AZIMUTHS as f64, (h as f64 + 0.5) / HEIGHTS as f64];
+            sum += f(ggx::sample_vndf(alpha, wi, u));
+        }
+    }
+    sum / (AZIMUTHS * HEIGHTS) as f64
+}
+
+/// `G2 / G1` of the reflection at `m`, 0 if it goes below the surface.
+fn reflected_share(alpha: f64, wi: DVec3, m: DVec3) -> f64 {
+    let wo = fresnel::reflect(wi, m);
+    if wo.z > 0.0 { ggx::g2(alpha, wi, wo) / ggx::g1(alpha, wi) } else { 0.0 }
+}
+
+/// `1 - E` over all eta nodes at one cosine: the facets are the same for all.
+fn dielectric_column(alpha: f64, mu: f64) -> Vec<f64> {
+    let wi = direction(mu);
+    let inv_g1 = 1.0 / ggx::g1(alpha, wi);
+    let mut albedo = vec![0.0; ETA_NODES];
+    mean_over_facets(alpha, wi, |m| {
+        let reflected = reflected_share(alpha, wi, m);
+        for (e, sum) in albedo.iter_mut().enumerate() {
+            let eta = node_eta(e);
+            let f = fresnel::dielectric(wi.dot(m), eta);
+            *sum += f * reflected;
+            if let Some(wo) = fresnel::refract(wi, m, eta).filter(|wo| wo.z < 0.0) {
+                *sum += (1.0 - f) * ggx::g2(alpha, wi, wo) * inv_g1;
+            }
+        }
+        0.0
+    });
+    albedo.iter().map(|sum| 1.0 - sum / (AZIMUTHS * HEIGHTS) as f64).collect()
+}
+
+/// `2 int m mu dmu` of the piecewise linear row, constant beyond its first and last node.
+fn mean_of_row(row: &[f64]) -> f64 {
+    let h = 1.0 / MU_NODES as f64;
+    let (first, last) = (node_mu(0), node_mu(MU_NODES - 1));
+    let mut sum = row[0] * first * first + row[MU_NODES - 1] * (1.0 - last * last);
+    for (j, pair) in row.windows(2).enumerate() {
+        let (x0, x1) = (node_mu(j), node_mu(j + 1));
+        // The integrand is a parabola: Simpson's rule is exact.
+        sum += 2.0 * h / 6.0 * (pair[0] * x0 + (pair[0] + pair[1]) * (x0 + x1) + pair[1] * x1);
+    }
+    sum
+}

@@ -1,0 +1,68 @@
+//! Choosing a device: a GPU adapter by wgpu, or the double-precision reference on the CPU.
+
+use super::{Done, Outcome, print::out};
+use crate::error::Result;
+use crate::integrator::GpuIntegrator;
+use crate::reference::ReferenceIntegrator;
+use crate::render::Integrator;
+use crate::scene::{Estimator, Scene};
+use serde_json::json;
+
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  abbe devices\n  abbe render scenes/newton.json --device llvmpipe\n\nA device is chosen by any part of its name; 'reference' is always there.")]
+pub struct Args {
+    /// Print a JSON array instead of lines
+    #[arg(long)]
+    json: bool,
+}
+
+/// The name that stands for [`ReferenceIntegrator`].
+const REFERENCE: &str = "reference";
+
+/// `abbe devices`.
+pub fn run(args: &Args) -> Outcome {
+    let adapters = crate::gpu::list_adapters();
+    if args.json {
+        let list = adapters.iter().map(|a| json!({"name": a.name, "driver": a.driver, "backend": a.backend, "kind": a.kind}));
+        let reference = json!({"name": REFERENCE, "driver": "", "backend": "cpu", "kind": "reference"});
+        out(&serde_json::Value::Array(list.chain([reference]).collect()).to_string());
+        return Ok(Done::Completely);
+    }
+    for adapter in &adapters {
+        out(&adapter.to_string());
+    }
+    if adapters.is_empty() {
+        out("no GPU adapter; on Debian, mesa-vulkan-drivers and libvulkan1 provide one that runs on the CPU");
+    }
+    out("reference (double precision on the CPU: slow and plain, for checking)");
+    Ok(Done::Completely)
+}
+
+/// An integrator with what there is to say about it.
+pub struct Device {
+    /// What renders.
+    pub integrator: Box<dyn Integrator>,
+    /// Its name, with the driver's.
+    pub name: String,
+    /// What the scene needs and so what was compiled; of several lines.
+    pub plan: String,
+}
+
+/// Opens the device `name` (any adapter if `None`) for `scene`.
+pub fn open(scene: &Scene, name: Option<&str>, seed: u64) -> Result<Device> {
+    if name == Some(REFERENCE) {
+        let (estimator, from) = match scene.reference {
+            Estimator::Backward => ("backward", "the sensor"),
+            Estimator::Forward => ("forward", "the lights"),
+        };
+        let integrator = ReferenceIntegrator::new(scene, scene.reference, seed)?;
+        return Ok(Device {
+            integrator: Box::new(integrator),
+            name: format!("reference ({estimator}, double precision)"),
+            plan: format!("reference: paths from {from}, nothing compiled"),
+        });
+    }
+    let integrator = GpuIntegrator::new(scene, name, seed)?;
+    let (name, plan) = (integrator.adapter().to_string(), integrator.plan().to_string());
+    Ok(Device { integrator: Box::new(integrator), name, plan })
+}

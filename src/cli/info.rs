@@ -1,0 +1,152 @@
+//! `abbe info` and `abbe check`: what is in a file, and whether it is right.
+
+use super::load::{Overrides, SceneArgs};
+use super::{Done, Outcome, print::out};
+use crate::error::{Error, Result};
+use crate::output::SpectralImage;
+use crate::scene::{Geometry, Light, Scene, Sensor};
+use serde_json::{Value, json};
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  abbe info scenes/newton.json\n  abbe info model.glb\n  abbe info newton.exr --json")]
+pub struct Args {
+    /// Scene (.json), glTF (.gltf, .glb) or spectral EXR
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Let a scene name files outside its own folder
+    #[arg(long)]
+    allow_outside: bool,
+    /// Print one JSON object instead of lines
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  abbe check scenes/newton.json\n  abbe check my_scene.json --channels 40 && abbe render my_scene.json --channels 40")]
+pub struct CheckArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+/// `abbe info`.
+pub fn run(args: &Args) -> Outcome {
+    let facts = if is_exr(&args.file)? {
+        describe_image(&SpectralImage::read(&args.file)?)
+    } else {
+        let overrides = Overrides { allow_outside: args.allow_outside, ..Overrides::default() };
+        describe_scene(&overrides.load(&args.file)?)
+    };
+    if args.json {
+        out(&Value::Object(facts.into_iter().map(|(name, value)| (name.to_string(), value)).collect()).to_string());
+    } else {
+        let width = facts.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+        for (name, value) in facts {
+            let values = match value {
+                Value::Array(list) => list,
+                one => vec![one],
+            };
+            for (i, value) in values.iter().enumerate() {
+                let text = value.as_str().map_or_else(|| value.to_string(), str::to_string);
+                out(&format!("{:width$}  {text}", if i == 0 { &name } else { "" }));
+            }
+        }
+    }
+    Ok(Done::Completely)
+}
+
+/// `abbe check`.
+pub fn check(args: &CheckArgs) -> Outcome {
+    let scene = args.scene.overrides.load(&args.scene.path)?;
+    scene.notes.iter().for_each(|n| out(&format!("note: {n}")));
+    out(&format!("{}: a good scene ({})", args.scene.path.display(), summary(&scene)));
+    Ok(Done::Completely)
+}
+
+fn is_exr(path: &Path) -> Result<bool> {
+    let mut magic = [0; 4];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
+    match read {
+        Ok(()) => Ok(magic == [0x76, 0x2f, 0x31, 0x01]),
+        Err(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => Ok(false),
+        Err(e) => Err(Error::file(path, format!("cannot read: {e}"), "check the path")),
+    }
+}
+
+type Facts = Vec<(String, Value)>;
+
+fn describe_image(image: &SpectralImage) -> Facts {
+    let nm = &image.wavelengths_nm;
+    let mut facts = vec![
+        ("kind".to_string(), json!("spectral EXR")),
+        ("size".to_string(), json!(format!("{}x{}", image.width, image.height))),
+        ("wavelengths".to_string(), json!(format!("{} from {} to {} nm", nm.len(), nm[0], nm[nm.len() - 1]))),
+    ];
+    let mean = image.data.iter().map(|&v| f64::from(v)).sum::<f64>() / image.data.len().max(1) as f64;
+    let bad = image.data.iter().filter(|v| !v.is_finite() || **v < 0.0).count();
+    facts.push(("mean".to_string(), json!(format!("{mean:.6e}"))));
+    facts.push(("not finite or negative".to_string(), json!(bad)));
+    if let Some(y) = image.other("XYZ.Y") {
+        let mean = y.iter().map(|&v| f64::from(v)).sum::<f64>() / y.len().max(1) as f64;
+        facts.push(("mean luminance".to_string(), json!(format!("{mean:.6e}"))));
+    }
+    let names: Vec<&str> = image.others.iter().map(|(name, _)| name.as_str()).collect();
+    facts.push(("other channels".to_string(), json!(names.join(" "))));
+    facts.extend(image.attributes.iter().map(|(name, value)| (name.clone(), json!(value))));
+    facts
+}
+
+fn describe_scene(scene: &Scene) -> Facts {
+    let (film, bins) = (&scene.film, &scene.film.bins);
+    let mut facts: Facts = vec![
+        ("kind".to_string(), json!("scene")),
+        ("name".to_string(), json!(scene.name)),
+        ("size".to_string(), json!(format!("{}x{}", film.width, film.height))),
+        ("bins".to_string(), json!(format!("{} over {} to {} nm", bins.count, bins.min_nm, bins.max_nm))),
+        ("sensor".to_string(), json!(sensor_name(&scene.sensor))),
+        ("contents".to_string(), json!(summary(scene))),
+        ("max depth".to_string(), json!(scene.max_depth)),
+    ];
+    let lights: Vec<Value> = scene.lights.iter().map(|light| json!(light_name(light))).collect();
+    let emitters = scene.shapes.iter().filter(|s| s.emission.is_some()).map(|s| json!(format!("{} (shape)", s.name)));
+    facts.push(("lights".to_string(), Value::Array(lights.into_iter().chain(emitters).collect())));
+    let media = scene.interiors.iter().skip(1).map(|i| json!(i.name)).collect();
+    facts.push(("interiors".to_string(), Value::Array(media)));
+    facts.push(("notes".to_string(), json!(scene.notes)));
+    facts
+}
+
+fn summary(scene: &Scene) -> String {
+    let triangles: usize = scene.shapes.iter().map(|s| if let Geometry::Mesh(mesh) = &s.geometry { mesh.triangles.len() } else { 0 }).sum();
+    let emitters = scene.shapes.iter().filter(|s| s.emission.is_some()).count();
+    format!(
+        "{} shapes with {triangles} triangles, {} materials, {} lights, {} interiors",
+        scene.shapes.len(),
+        scene.materials.len(),
+        emitters + scene.lights.len(),
+        scene.interiors.len().saturating_sub(1)
+    )
+}
+
+fn sensor_name(sensor: &Sensor) -> &'static str {
+    match sensor {
+        Sensor::Perspective { lens_radius, .. } if *lens_radius > 0.0 => "thin lens camera",
+        Sensor::Perspective { .. } => "pinhole camera",
+        Sensor::Orthographic { .. } => "orthographic camera",
+        Sensor::IrradiancePlane { .. } => "irradiance on a plane",
+        Sensor::IrradianceSphere { .. } => "irradiance on a sphere",
+    }
+}
+
+fn light_name(light: &Light) -> &'static str {
+    match light {
+        Light::Point { .. } => "point",
+        Light::Spot { .. } => "spot",
+        Light::Beam { .. } => "beam",
+        Light::Sun { .. } => "sun",
+        Light::Constant { .. } => "constant environment",
+        Light::Image(_) => "image environment",
+    }
+}

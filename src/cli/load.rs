@@ -1,0 +1,53 @@
+//! The options that say which scene, shared by the commands that take one.
+
+use super::values;
+use crate::error::{Error, Result};
+use crate::scene::{LoadOptions, Scene, load};
+use std::path::PathBuf;
+
+#[derive(clap::Args)]
+pub struct SceneArgs {
+    /// Scene file (.json), or a glTF file (.gltf, .glb)
+    #[arg(value_name = "SCENE")]
+    pub path: PathBuf,
+    #[command(flatten)]
+    pub overrides: Overrides,
+}
+
+/// What the command line changes about a scene.
+#[derive(clap::Args, Clone, Default)]
+pub struct Overrides {
+    /// Resolution instead of the scene's, as in 640x480
+    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    pub size: Option<(u32, u32)>,
+    /// Number of wavelength bins instead of the scene's
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=400))]
+    pub channels: Option<u32>,
+    /// Greatest number of scattering events on a path instead of the scene's
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub max_depth: Option<u32>,
+    /// Let the scene name files outside its own folder
+    #[arg(long)]
+    pub allow_outside: bool,
+}
+
+impl Overrides {
+    /// Loads `path` with these changes.
+    pub fn load(&self, path: &std::path::Path) -> Result<Scene> {
+        let options = LoadOptions {
+            allow_outside: self.allow_outside,
+            width: self.size.map(|s| s.0),
+            height: self.size.map(|s| s.1),
+            channels: self.channels,
+            max_depth: self.max_depth,
+        };
+        load(path, &options)
+    }
+}
+
+/// A 64-bit FNV-1a hash of the scene file, so that a picture can be told from that of a changed scene. Files it includes are not hashed.
+pub fn hash(path: &std::path::Path) -> Result<String> {
+    let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot read: {e}"), "check the path"))?;
+    let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325u64, |h, &b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+    Ok(format!("fnv1a64:{hash:016x}"))
+}

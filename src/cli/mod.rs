@@ -1,0 +1,108 @@
+//! The command line: `abbe render`, `devices`, `info`, `check` and `bench`.
+//!
+//! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 2 the request or its input is at fault (one line says what and
+//! what to do), 130 interrupted by Ctrl-C (what was rendered is written first).
+
+mod bench;
+mod device;
+mod info;
+mod interrupt;
+mod load;
+mod print;
+mod progress;
+mod render;
+mod values;
+
+use crate::error::Result;
+use clap::{Parser, Subcommand};
+use print::out;
+use std::process::ExitCode;
+
+/// Exit code of a request that cannot be met.
+const FAILED: u8 = 2;
+/// Exit code after Ctrl-C, as shells have it: 128 + SIGINT.
+const INTERRUPTED: u8 = 130;
+
+#[derive(Parser)]
+#[command(name = "abbe", version, about = "A spectral renderer for dispersive caustics", after_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLES: &str = "Examples:
+  abbe render scenes/newton.json                    newton.exr (spectra) and newton.png (picture), 64 samples per pixel
+  abbe render scenes/prism.json --time 30s -o p.exr  as good as half a minute allows
+  abbe check my_scene.json                          is the scene right?
+  abbe info newton.exr                              what is in a file
+  abbe devices                                      what Abbe can render on
+
+Every command has its own --help.";
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render a scene to a spectral EXR and a picture
+    Render(render::Args),
+    /// List the devices that Abbe can render on
+    Devices(device::Args),
+    /// Say what a scene, glTF or spectral EXR file contains
+    Info(info::Args),
+    /// Check a scene without rendering it
+    Check(info::CheckArgs),
+    /// Render scenes and print speed and error, one row each
+    Bench(bench::Args),
+}
+
+/// Runs the command line of this process and returns its exit code.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) => return usage(&e),
+    };
+    let done = interrupt::install().and_then(|()| match cli.command {
+        Command::Render(args) => render::run(&args),
+        Command::Devices(args) => device::run(&args),
+        Command::Info(args) => info::run(&args),
+        Command::Check(args) => info::check(&args),
+        Command::Bench(args) => bench::run(&args),
+    });
+    match done {
+        Ok(Done::Completely) => ExitCode::SUCCESS,
+        Ok(Done::Interrupted) => ExitCode::from(INTERRUPTED),
+        Err(e) => {
+            print::error(&e.to_string());
+            ExitCode::from(FAILED)
+        }
+    }
+}
+
+/// How a command ended that did not fail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Done {
+    Completely,
+    Interrupted,
+}
+
+type Outcome = Result<Done>;
+
+/// Help and version as clap prints them; its errors in one line.
+fn usage(e: &clap::Error) -> ExitCode {
+    use clap::error::ErrorKind;
+    match e.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            out(&e.render().to_string());
+            ExitCode::SUCCESS
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand | ErrorKind::MissingSubcommand => {
+            print::error("no command given; try 'abbe --help'");
+            ExitCode::from(FAILED)
+        }
+        _ => {
+            let text = e.render().to_string();
+            let said = text.lines().take_while(|line| !line.starts_with("Usage:")).map(str::trim).filter(|line| !line.is_empty());
+            let said: Vec<&str> = said.collect();
+            print::error(&format!("{}; try --help", said.join(" ").trim_start_matches("error: ")));
+            ExitCode::from(FAILED)
+        }
+    }
+}

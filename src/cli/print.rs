@@ -1,0 +1,68 @@
+//! Writing to the terminal without dying of a closed pipe.
+
+use std::io::{Write, stderr, stdout};
+
+/// Writes `text` and a line end where it lacks one. A reader that has closed the pipe has seen what it wanted.
+pub fn out(text: &str) {
+    let end = if text.ends_with('\n') { "" } else { "\n" };
+    let mut stdout = stdout().lock();
+    let _ = write!(stdout, "{text}{end}").and_then(|()| stdout.flush());
+}
+
+/// Writes one line to standard error.
+pub fn note(text: &str) {
+    let _ = writeln!(stderr().lock(), "{text}");
+}
+
+/// Writes an error as one line, whatever line ends the message holds.
+pub fn error(text: &str) {
+    note(&format!("error: {}", text.split_whitespace().collect::<Vec<_>>().join(" ")));
+}
+
+/// `1234567` as `1.23 M`.
+pub fn si(value: f64) -> String {
+    let (scale, unit) = match value.abs() {
+        v if v >= 1e9 => (1e-9, " G"),
+        v if v >= 1e6 => (1e-6, " M"),
+        v if v >= 1e3 => (1e-3, " k"),
+        _ => (1.0, " "),
+    };
+    let digits = match (value * scale).abs() {
+        v if v >= 100.0 => 0,
+        v if v >= 10.0 => 1,
+        _ => 2,
+    };
+    format!("{:.digits$}{unit}", value * scale)
+}
+
+/// Seconds as `9.3 s`, `2:07 min` or `1:02:07 h`.
+pub fn duration(seconds: f64) -> String {
+    let whole = seconds.round() as u64;
+    match whole {
+        0..60 => format!("{seconds:.1} s"),
+        60..3600 => format!("{}:{:02} min", whole / 60, whole % 60),
+        _ => format!("{}:{:02}:{:02} h", whole / 3600, whole / 60 % 60, whole % 60),
+    }
+}
+
+/// A relative error as `1.2 %`; `?` before it is known.
+pub fn percent(relative: f64) -> String {
+    if relative.is_finite() { format!("{:.2} %", 100.0 * relative) } else { "?".to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_as_people_write_them() {
+        assert_eq!(si(4_321_000.0), "4.32 M");
+        assert_eq!(si(0.0), "0.00 ");
+        assert_eq!(si(123_456.0), "123 k");
+        assert_eq!(duration(9.26), "9.3 s");
+        assert_eq!(duration(127.0), "2:07 min");
+        assert_eq!(duration(3727.4), "1:02:07 h");
+        assert_eq!(percent(0.0123), "1.23 %");
+        assert_eq!(percent(f64::INFINITY), "?");
+    }
+}

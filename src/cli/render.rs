@@ -1,0 +1,236 @@
+//! `abbe render`: from a scene file to a spectral EXR and a picture.
+
+use super::load::{SceneArgs, hash};
+use super::print::{duration, note, out, percent, si};
+use super::{Done, Outcome, device, interrupt, progress::Bar, values};
+use crate::color::picture::auto_exposure;
+use crate::error::{Error, Result};
+use crate::film::Film;
+use crate::output::exr::ErrorChannels;
+use crate::output::{Provenance, check_writable, write_exr, write_png};
+use crate::render::{BatchStats, Ended, Stop, Summary, render};
+use crate::scene::{Scene, Sensor};
+use serde_json::{Value, json};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+const EXAMPLES: &str = "Examples:
+  abbe render scenes/newton.json
+  abbe render scenes/prism.json --size 1280x720 --spp 1024 -o prism.exr
+  abbe render scenes/bunny_light.json --time 2m --channels 40
+  abbe render scenes/nephroid.json --error 2% --json
+  abbe render scenes/cornell_spheres.json --device reference --size 64x64
+
+Of --spp, --time and --error the first that is met ends the render; without any it is --spp 64.
+Ctrl-C ends it after the current batch and writes what there is.";
+
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Spectral EXR to write; the picture goes beside it as .png [default: the scene's name, in the current folder]
+    #[arg(short, long, value_name = "OUT.exr")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    stop: StopArgs,
+    /// Seed of the random numbers: the same seed on the same device gives the same picture
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Part of a device's name (see 'abbe devices'), or 'reference' for double precision on the CPU
+    #[arg(long, value_name = "NAME")]
+    device: Option<String>,
+    /// Extra channels in the EXR: 'error' for standard errors
+    #[arg(long, value_name = "WHAT")]
+    aov: Option<Aov>,
+    /// Print nothing but errors
+    #[arg(long, conflicts_with = "json")]
+    quiet: bool,
+    /// Print one JSON object instead of the summary
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(clap::ValueEnum, Clone, Copy)]
+enum Aov {
+    Error,
+}
+
+/// When to stop.
+#[derive(clap::Args, Clone, Copy)]
+pub struct StopArgs {
+    /// Stop at this many samples per pixel
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
+    /// Stop after this time of rendering, as in 30s, 2m or 1h
+    #[arg(long, value_name = "TIME", value_parser = values::time)]
+    time: Option<Duration>,
+    /// Stop when the estimated relative error is this small, as in 2%
+    #[arg(long, value_name = "ERROR", value_parser = values::error)]
+    error: Option<f64>,
+}
+
+impl From<StopArgs> for Stop {
+    fn from(a: StopArgs) -> Stop {
+        Stop { spp: a.spp, time: a.time, error: a.error }
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let (exr, png) = output_paths(args)?;
+    let scene = args.scene.overrides.load(&args.scene.path)?;
+    let scene_hash = hash(&args.scene.path)?;
+    // Before the work, not after it.
+    check_writable(&exr)?;
+    check_writable(&png)?;
+    let talkative = !args.quiet && !args.json;
+    if talkative {
+        scene.notes.iter().for_each(|n| note(&format!("note: {n}")));
+    }
+    let setup = Instant::now();
+    let mut film = Film::try_new(&scene.film)?;
+    let mut device = device::open(&scene, args.device.as_deref(), args.seed)?;
+    let setup = setup.elapsed();
+
+    interrupt::heed();
+    let bar = Bar::new(!talkative);
+    let (start, mut stats) = (Instant::now(), BatchStats::default());
+    let rendered = render(device.integrator.as_mut(), &mut film, &args.stop.into(), &mut |p| {
+        bar.update(p);
+        stats = p.stats;
+        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    let seconds = start.elapsed().as_secs_f64();
+    bar.clear();
+
+    // A device may fail after hours: what it had done is written before its error is passed on.
+    if film.batches() > 0 {
+        let exposure = scene.film.exposure.unwrap_or_else(|| auto_exposure(&film.xyz_image()));
+        let irradiance = sensor_area(&scene.sensor).is_some();
+        let scene_name = scene.name.clone();
+        let origin = Provenance {
+            scene: scene_name,
+            scene_hash,
+            device: device.name.clone(),
+            seed: args.seed,
+            seconds,
+            stats,
+            exposure: Some(exposure),
+            irradiance,
+        };
+        let errors = if args.aov.is_some() { ErrorChannels::All } else { ErrorChannels::None };
+        write_exr(&exr, &film, &origin, errors)?;
+        write_png(&png, &film, Some(exposure))?;
+    }
+    let report = Report { scene: &scene, film: &film, summary: &rendered?, device: &device, setup, exr: &exr, png: &png };
+    if args.json {
+        out(&report.json().to_string());
+    } else if talkative {
+        out(&report.text());
+    }
+    Ok(if interrupt::requested() { Done::Interrupted } else { Done::Completely })
+}
+
+fn output_paths(args: &Args) -> Result<(PathBuf, PathBuf)> {
+    let exr = match &args.output {
+        Some(path) => path.clone(),
+        None => {
+            let stem = args.scene.path.file_stem();
+            let stem = stem.ok_or_else(|| Error::file(&args.scene.path, "this names no file", "give the path of a scene file"))?;
+            let mut name = stem.to_os_string();
+            name.push(".exr");
+            PathBuf::from(name)
+        }
+    };
+    if exr.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
+        return Err(Error::usage(format!("-o {} does not end in .exr", exr.display()), "name the spectral EXR; the .png goes beside it"));
+    }
+    let png = exr.with_extension("png");
+    Ok((exr, png))
+}
+
+/// Area of an irradiance sensor in m^2; `None` for a camera.
+fn sensor_area(sensor: &Sensor) -> Option<f64> {
+    match sensor {
+        Sensor::IrradiancePlane { edge_u, edge_v, .. } => Some(edge_u.cross(*edge_v).length()),
+        Sensor::IrradianceSphere { radius, .. } => Some(4.0 * std::f64::consts::PI * radius * radius),
+        Sensor::Perspective { .. } | Sensor::Orthographic { .. } => None,
+    }
+}
+
+/// What is said at the end.
+struct Report<'a> {
+    scene: &'a Scene,
+    film: &'a Film,
+    summary: &'a Summary,
+    device: &'a device::Device,
+    setup: Duration,
+    exr: &'a Path,
+    png: &'a Path,
+}
+
+impl Report<'_> {
+    /// Total flux of an irradiance sensor: W and lm.
+    fn flux(&self) -> Option<(f64, f64)> {
+        let flux = self.film.total_flux(sensor_area(&self.scene.sensor)?);
+        let (bins, xyz) = flux.split_at(self.film.bins());
+        Some((bins.iter().sum::<f64>() * self.scene.film.bins.width_nm(), xyz[1]))
+    }
+
+    fn text(&self) -> String {
+        let (p, device) = (&self.summary.progress, self.device);
+        let mut lines = vec![device.plan.trim_end().to_string()];
+        let ended = match self.summary.ended {
+            Ended::Interrupted => ", interrupted",
+            Ended::Samples | Ended::Time | Ended::Error => "",
+        };
+        let (setup, elapsed) = (duration(self.setup.as_secs_f64()), duration(p.elapsed.as_secs_f64()));
+        lines.push(format!("{}: {} samples per pixel in {elapsed}{ended}; set-up {setup}", self.scene.name, p.spp));
+        lines.push(format!("on {}: {}rays, {}rays/s", device.name, si(p.stats.rays as f64), si(p.rays_per_second)));
+        lines.push(format!("estimated relative error {} from {} batches", percent(p.relative_error), self.summary.batches));
+        lines.push(format!(
+            "dropped samples: {} not finite, {} negative; paths cut at depth {}: {} of {}",
+            p.stats.dropped_not_finite, p.stats.dropped_negative, self.scene.max_depth, p.stats.truncated, p.stats.paths
+        ));
+        if let Some((watts, lumens)) = self.flux() {
+            lines.push(format!("total flux {watts:.6e} W, {lumens:.6e} lm"));
+        }
+        lines.push(format!("wrote {} and {}", self.exr.display(), self.png.display()));
+        lines.join("\n")
+    }
+
+    fn json(&self) -> Value {
+        let p = &self.summary.progress;
+        let ended = match self.summary.ended {
+            Ended::Samples => "samples",
+            Ended::Time => "time",
+            Ended::Error => "error",
+            Ended::Interrupted => "interrupted",
+        };
+        json!({
+            "scene": self.scene.name,
+            "device": self.device.name,
+            "exr": self.exr.to_string_lossy(),
+            "png": self.png.to_string_lossy(),
+            "width": self.scene.film.width,
+            "height": self.scene.film.height,
+            "bins": self.scene.film.bins.count,
+            "samples_per_pixel": p.spp,
+            "batches": self.summary.batches,
+            "ended": ended,
+            "setup_seconds": self.setup.as_secs_f64(),
+            "seconds": p.elapsed.as_secs_f64(),
+            "paths": p.stats.paths,
+            "rays": p.stats.rays,
+            "rays_per_second": p.rays_per_second,
+            "relative_error": p.relative_error.is_finite().then_some(p.relative_error),
+            "dropped": {"not_finite": p.stats.dropped_not_finite, "negative": p.stats.dropped_negative},
+            "truncated": p.stats.truncated,
+            "total_flux": self.flux().map(|(watts, lumens)| json!({"watts": watts, "lumens": lumens})),
+            "plan": self.device.plan.lines().collect::<Vec<_>>(),
+            "notes": self.scene.notes,
+        })
+    }
+}

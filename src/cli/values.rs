@@ -1,0 +1,66 @@
+//! Parsers of option values. Each error says what would have been right.
+
+use std::time::Duration;
+
+/// `1920x1080`.
+pub fn size(text: &str) -> Result<(u32, u32), String> {
+    let pair = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse::<u32>().ok()?, h.parse::<u32>().ok()?)));
+    match pair {
+        Some((w, h)) if w > 0 && h > 0 => Ok((w, h)),
+        _ => Err("write width and height in pixels, as in 640x480".to_string()),
+    }
+}
+
+/// `30`, `30s`, `2m`, `1.5h`: more than nothing, and a year at most.
+pub fn time(text: &str) -> Result<Duration, String> {
+    let (number, unit) = match text.char_indices().next_back() {
+        Some((at, 's')) => (&text[..at], 1.0),
+        Some((at, 'm')) => (&text[..at], 60.0),
+        Some((at, 'h')) => (&text[..at], 3600.0),
+        _ => (text, 1.0),
+    };
+    match number.parse::<f64>().map(|n| n * unit) {
+        Ok(seconds) if seconds > 0.0 && seconds <= 366.0 * 86400.0 => Ok(Duration::from_secs_f64(seconds)),
+        _ => Err("write seconds, minutes or hours, as in 30s, 2m or 1.5h".to_string()),
+    }
+}
+
+/// `2%` or `0.02`, as a fraction.
+pub fn error(text: &str) -> Result<f64, String> {
+    let value = match text.strip_suffix('%') {
+        Some(percent) => percent.trim_end().parse::<f64>().map(|v| v / 100.0),
+        None => text.parse::<f64>(),
+    };
+    match value {
+        Ok(v) if v > 0.0 && v < 1.0 => Ok(v),
+        _ => Err("write a relative error between 0 and 100 %, as in 2% or 0.02".to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_read_as_they_are_written() {
+        assert_eq!(size("640x480"), Ok((640, 480)));
+        assert_eq!(time("30s"), Ok(Duration::from_secs(30)));
+        assert_eq!(time("1.5m"), Ok(Duration::from_secs(90)));
+        assert_eq!(time("2"), Ok(Duration::from_secs(2)));
+        assert_eq!(error("2%"), Ok(0.02));
+        assert_eq!(error("0.5"), Ok(0.5));
+    }
+
+    #[test]
+    fn senseless_values_are_refused() {
+        for text in ["", "x", "640", "0x5", "5x0", "-1x5", "640x480x3", "1e3x2", "99999999999x1"] {
+            assert!(size(text).is_err(), "{text}");
+        }
+        for text in ["", "s", "0s", "-1s", "nan", "inf", "1e400h", "1d", "1e300h", "\u{e9}"] {
+            assert!(time(text).is_err(), "{text}");
+        }
+        for text in ["", "%", "0", "-1%", "100%", "nan", "inf", "2%%"] {
+            assert!(error(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! The film on the host: for every pixel and channel the mean over batches and its standard error.
+//!
+//! A channel is a wavelength bin (mean radiance over the bin, W m^-2 sr^-1 nm^-1, or irradiance, W m^-2 nm^-1, for irradiance sensors) or,
+//! after the bins, one of CIE X, Y, Z (683.002 times the integral of radiance and matching function: cd m^-2, or lx).
+//!
+//! Errors come from batches, not from single samples: samples of one batch may be correlated (low-discrepancy points, shared photons), batches are
+//! not. A batch of `spp` samples has weight `spp`; with batch means `x_i` and weights `w_i` summing to `W`, the mean is `sum w_i x_i / W` and its
+//! variance `sum w_i (x_i - mean)^2 / ((n - 1) W)`, kept by the weighted recurrence of West (1979), "Updating mean and variance estimates".
+//! With equal weights, as in any render but for its last batch, that is the textbook s^2 / n.
+//!
+//! Memory: `16 (bins + 3) + 12` bytes per pixel, 380 for 20 bins.
+
+use crate::error::{Error, Result};
+use crate::scene::FilmSettings;
+
+/// A rectangle of pixels; `x` to the right and `y` downwards from the upper left corner of the film.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tile {
+    /// First column.
+    pub x: u32,
+    /// First row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+/// Batch statistics of every pixel and channel. Pixels are counted row by row from the upper left.
+#[derive(Debug, Clone)]
+pub struct Film {
+    settings: FilmSettings,
+    channels: usize,
+    /// Means, `[pixel][channel]`.
+    mean: Vec<f64>,
+    /// Weighted sums of squared deviations, `[pixel][channel]`.
+    deviation: Vec<f64>,
+    /// Samples so far, per pixel.
+    weight: Vec<f64>,
+    /// Batches so far, per pixel.
+    batches: Vec<u32>,
+}
+
+impl Film {
+    /// An empty film. Aborts where memory runs out; [`Film::try_new`] says so instead.
+    pub fn new(settings: &FilmSettings) -> Self {
+        let pixels = settings.width as usize * settings.height as usize;
+        let channels = settings.bins.count as usize + 3;
+        Film {
+            settings: settings.clone(),
+            channels,
+            mean: vec![0.0; pixels * channels],
+            deviation: vec![0.0; pixels * channels],
+            weight: vec![0.0; pixels],
+            batches: vec![0; pixels],
+        }
+    }
+
+    /// An empty film, or [`Error::Usage`] where the memory for it cannot be had.
+    pub fn try_new(settings: &FilmSettings) -> Result<Self> {
+        let bytes = Self::bytes(settings);
+        let mut probe = Vec::<u8>::new();
+        if usize::try_from(bytes).is_err() || probe.try_reserve_exact(bytes as usize).is_err() {
+            let (w, h, n) = (settings.width, settings.height, settings.bins.count);
+            return Err(Error::usage(
+                format!("a film of {w}x{h} pixels and {n} bins takes {:.1} GB, more than there is", bytes as f64 * 1e-9),
+                "choose a smaller --size or fewer --channels",
+            ));
+        }
+        drop(probe);
+        Ok(Self::new(settings))
+    }
+
+    /// Bytes that a film of these settings takes.
+    pub fn bytes(settings: &FilmSettings) -> u64 {
+        let pixels = u64::from(settings.width) * u64::from(settings.height);
+        pixels.saturating_mul(16 * (u64::from(settings.bins.count) + 3) + 12)
+    }
+
+    /// Adds one batch to the pixels of `tile`. `sums` holds `[pixel][bins + 3]` sums over the batch's `spp` samples of each bin's mean
+    /// radiance, then of X, Y, Z. Every pixel of the film is to be in one tile of every batch.
+    ///
+    /// # Panics
+    /// If the tile is not inside the film, `sums` has the wrong length or `spp` is 0: the caller's mistakes, which no input can make.
+    pub fn add_batch(&mut self, tile: Tile, sums: &[f32], spp: u32) {
+        let (width, height, channels) = (self.settings.width, self.settings.height, self.channels);
+        assert!(tile.x + tile.width <= width && tile.y + tile.height <= height, "tile {tile:?} leaves the {width}x{height} film");
+        assert_eq!(sums.len(), tile.width as usize * tile.height as usize * channels, "sums of tile {tile:?}");
+        for (i, sums) in sums.chunks_exact(channels).enumerate() {
+            let (x, y) = (tile.x as usize + i % tile.width as usize, tile.y as usize + i / tile.width as usize);
+            self.add_pixel(y * width as usize + x, sums.iter().map(|&s| f64::from(s)), spp);
+        }
+    }
+
+    /// Adds one batch to the whole film; `sums` as in [`Film::add_batch`], in double precision.
+    ///
+    /// # Panics
+    /// If `sums` has the wrong length or `spp` is 0.
+    pub fn add_batch_f64(&mut self, sums: &[f64], spp: u32) {
+        assert_eq!(sums.len(), self.mean.len(), "sums of the whole film");
+        for pixel in 0..self.pixels() {
+            let sums = &sums[pixel * self.channels..(pixel + 1) * self.channels];
+            self.add_pixel(pixel, sums.iter().copied(), spp);
+        }
+    }
+
+    fn add_pixel(&mut self, pixel: usize, sums: impl Iterator<Item = f64>, spp: u32) {
+        assert!(spp > 0, "a batch without samples");
+        let w = f64::from(spp);
+        self.weight[pixel] += w;
+        self.batches[pixel] += 1;
+        let share = w / self.weight[pixel];
+        let at = pixel * self.channels;
+        let mean = &mut self.mean[at..at + self.channels];
+        let deviation = &mut self.deviation[at..at + self.channels];
+        for ((mean, deviation), sum) in mean.iter_mut().zip(deviation).zip(sums) {
+            let x = sum / w;
+            let delta = x - *mean;
+            *mean += share * delta;
+            *deviation += w * delta * (x - *mean);
+        }
+    }
+
+    /// Resolution, bins and filter.
+    pub fn settings(&self) -> &FilmSettings {
+        &self.settings
+    }
+
+    /// Number of pixels.
+    pub fn pixels(&self) -> usize {
+        self.weight.len()
+    }
+
+    /// Number of wavelength bins.
+    pub fn bins(&self) -> usize {
+        self.channels - 3
+    }
+
+    /// Channels per pixel: the bins, then X, Y, Z.
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// Mean of every channel of a pixel: the bins, then X, Y, Z.
+    pub fn pixel(&self, pixel: usize) -> &[f64] {
+        &self.mean[pixel * self.channels..(pixel + 1) * self.channels]
+    }
+
+    /// Mean of bin `b` of a pixel.
+    pub fn bin(&self, pixel: usize, b: usize) -> f64 {
+        self.pixel(pixel)[..self.bins()][b]
+    }
+
+    /// Mean X, Y, Z of a pixel.
+    pub fn xyz(&self, pixel: usize) -> [f64; 3] {
+        let xyz = &self.pixel(pixel)[self.bins()..];
+        [xyz[0], xyz[1], xyz[2]]
+    }
+
+    /// X, Y, Z of every pixel, as the colour stage takes them.
+    pub fn xyz_image(&self) -> Vec<[f32; 3]> {
+        (0..self.pixels()).map(|pixel| self.xyz(pixel).map(|v| v as f32)).collect()
+    }
+
+    /// Standard error of the mean of a pixel's channel (bins, then X, Y, Z); infinite before the second batch.
+    pub fn standard_error(&self, pixel: usize, channel: usize) -> f64 {
+        let n = self.batches[pixel];
+        if n < 2 {
+            return f64::INFINITY;
+        }
+        let deviation = self.deviation[pixel * self.channels..(pixel + 1) * self.channels][channel];
+        (deviation / (f64::from(n - 1) * self.weight[pixel])).sqrt()
+    }
+
+    /// Standard error of a pixel's Y.
+    pub fn luminance_standard_error(&self, pixel: usize) -> f64 {
+        self.standard_error(pixel, self.bins() + 1)
+    }
+
+    /// The film's estimate of its own error: the root over pixels of the mean of `sigma^2 / (Y^2 + 0.01 <Y>^2)`, sigma being the standard error of Y
+    /// and `<Y>` its mean over the film; the second term keeps dark pixels from ruling. Infinite before the second batch, 0 for a black film.
+    pub fn relative_error(&self) -> f64 {
+        let mean = self.mean_of(self.bins() + 1);
+        let floor = 0.01 * mean * mean;
+        let sum: f64 = (0..self.pixels())
+            .map(|pixel| {
+                let (sigma, y) = (self.luminance_standard_error(pixel), self.xyz(pixel)[1]);
+                if sigma == 0.0 { 0.0 } else { sigma * sigma / (y * y + floor) }
+            })
+            .sum();
+        (sum / self.pixels() as f64).sqrt()
+    }
+
+    /// Mean of a channel over all pixels.
+    pub fn mean_of(&self, channel: usize) -> f64 {
+        (0..self.pixels()).map(|pixel| self.pixel(pixel)[channel]).sum::<f64>() / self.pixels() as f64
+    }
+
+    /// Batches that every pixel has had.
+    pub fn batches(&self) -> u32 {
+        self.batches.iter().copied().min().unwrap_or(0)
+    }
+
+    /// Samples that every pixel has had.
+    pub fn samples_per_pixel(&self) -> u64 {
+        self.weight.iter().copied().reduce(f64::min).unwrap_or(0.0) as u64
+    }
+
+    /// Total flux through an irradiance sensor of `area` m^2, whose pixels all have the same area: W nm^-1 of each bin, then X, Y (lm) and Z.
+    pub fn total_flux(&self, area: f64) -> Vec<f64> {
+        (0..self.channels).map(|channel| area * self.mean_of(channel)).collect()
+    }
+
+    /// The settings of the film that [`Film::block_means`] fills.
+    pub fn block_settings(settings: &FilmSettings, size: u32) -> FilmSettings {
+        FilmSettings { width: settings.width.div_ceil(size), height: settings.height.div_ceil(size), ..settings.clone() }
+    }
+
+    /// Means over blocks of `size` x `size` pixels (less at the right and lower rim), `[block][bins + 3]`. Pixels of one batch are correlated,
+    /// so the error of a block does not follow from those of its pixels: render every batch into a film of its own and add its block means to a
+    /// film of [`Film::block_settings`], as [`crate::render::render_blocks`] does.
+    pub fn block_means(&self, size: u32) -> Vec<f64> {
+        let blocks = Self::block_settings(&self.settings, size);
+        let mut sums = vec![0.0; blocks.width as usize * blocks.height as usize * self.channels];
+        let mut counts = vec![0u32; blocks.width as usize * blocks.height as usize];
+        let width = self.settings.width as usize;
+        for pixel in 0..self.pixels() {
+            let (x, y) = (pixel % width, pixel / width);
+            let block = y / size as usize * blocks.width as usize + x / size as usize;
+            counts[block] += 1;
+            let sums = &mut sums[block * self.channels..(block + 1) * self.channels];
+            sums.iter_mut().zip(self.pixel(pixel)).for_each(|(sum, v)| *sum += v);
+        }
+        for (sums, &count) in sums.chunks_exact_mut(self.channels).zip(&counts) {
+            sums.iter_mut().for_each(|sum| *sum /= f64::from(count));
+        }
+        sums
+    }
+}

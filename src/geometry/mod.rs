@@ -1,0 +1,88 @@
+//! Measures of shapes, and the acceleration structure over their primitives.
+
+pub mod bvh;
+
+use crate::scene::{Geometry, Mesh, Shape};
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Axis-aligned bounding box, (least, greatest) corner; inverted (infinite) when empty.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Least corner.
+    pub min: DVec3,
+    /// Greatest corner.
+    pub max: DVec3,
+}
+
+impl Bounds {
+    /// Of nothing.
+    pub const EMPTY: Bounds = Bounds { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+
+    /// The least box around both.
+    pub fn union(self, b: Bounds) -> Bounds {
+        Bounds { min: self.min.min(b.min), max: self.max.max(b.max) }
+    }
+
+    /// True if the boxes share a point.
+    pub fn overlaps(&self, b: &Bounds) -> bool {
+        self.min.cmple(b.max).all() && b.min.cmple(self.max).all()
+    }
+
+    /// True if nothing was ever added.
+    pub fn is_empty(&self) -> bool {
+        !self.min.cmple(self.max).all()
+    }
+}
+
+/// Bounding box of a shape's geometry.
+pub fn bounds(geometry: &Geometry) -> Bounds {
+    match geometry {
+        Geometry::Mesh(mesh) => mesh
+            .triangles
+            .iter()
+            .flatten()
+            .map(|&i| mesh.positions[i as usize])
+            .fold(Bounds::EMPTY, |b, p| b.union(Bounds { min: p, max: p })),
+        Geometry::Sphere { center, radius } => Bounds { min: center - radius, max: center + radius },
+        Geometry::Disc { center, normal, radius } => {
+            let half = disc_half_extent(*normal, *radius);
+            Bounds { min: center - half, max: center + half }
+        }
+        Geometry::Cylinder { base, axis, length, radius } => {
+            let half = disc_half_extent(*axis, *radius);
+            let top = base + axis * length;
+            Bounds { min: base.min(top) - half, max: base.max(top) + half }
+        }
+    }
+}
+
+/// Half extents of the box around a disc: radius times the sine of the angle between normal and axis.
+fn disc_half_extent(normal: DVec3, radius: f64) -> DVec3 {
+    (DVec3::ONE - normal * normal).max(DVec3::ZERO).map(f64::sqrt) * radius
+}
+
+/// Bounding box of all shapes.
+pub fn bounds_of_all(shapes: &[Shape]) -> Bounds {
+    shapes.iter().fold(Bounds::EMPTY, |b, s| b.union(bounds(&s.geometry)))
+}
+
+/// Corners of triangle `t`.
+pub fn corners(mesh: &Mesh, t: usize) -> [DVec3; 3] {
+    mesh.triangles[t].map(|i| mesh.positions[i as usize])
+}
+
+/// Surface area of a shape's geometry, m^2.
+pub fn area(geometry: &Geometry) -> f64 {
+    match geometry {
+        Geometry::Mesh(mesh) => (0..mesh.triangles.len()).map(|t| triangle_area(corners(mesh, t))).sum(),
+        Geometry::Sphere { radius, .. } => 4.0 * PI * radius * radius,
+        Geometry::Disc { radius, .. } => PI * radius * radius,
+        Geometry::Cylinder { length, radius, .. } => 2.0 * PI * radius * length,
+    }
+}
+
+/// Area of a triangle, m^2.
+pub fn triangle_area([a, b, c]: [DVec3; 3]) -> f64 {
+    0.5 * (b - a).cross(c - a).length()
+}

@@ -1,0 +1,178 @@
+//! Finding and opening an adapter.
+
+use crate::error::{Error, Result};
+use std::fmt;
+
+/// What the user is told about an adapter.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct AdapterInfo {
+    /// Device name.
+    pub name: String,
+    /// Driver and its version.
+    pub driver: String,
+    /// Vulkan, Metal, Dx12.
+    pub backend: String,
+    /// Discrete GPU, CPU, ...
+    pub kind: String,
+}
+
+impl AdapterInfo {
+    fn of(info: &wgpu::AdapterInfo) -> Self {
+        Self {
+            name: info.name.clone(),
+            driver: format!("{} {}", info.driver, info.driver_info),
+            backend: format!("{:?}", info.backend),
+            kind: format!("{:?}", info.device_type),
+        }
+    }
+}
+
+impl fmt::Display for AdapterInfo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({}, {}, {})", self.name, self.kind, self.backend, self.driver)
+    }
+}
+
+/// An opened adapter.
+#[derive(Debug)]
+pub struct Gpu {
+    /// For creating resources.
+    pub device: wgpu::Device,
+    /// For submitting work.
+    pub queue: wgpu::Queue,
+    /// What it is.
+    pub info: AdapterInfo,
+}
+
+fn adapters() -> Vec<wgpu::Adapter> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let mut all = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    // Discrete first, then integrated, virtual, CPU.
+    all.sort_by_key(|a| match a.get_info().device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Cpu => 3,
+        wgpu::DeviceType::Other => 4,
+    });
+    all
+}
+
+/// All adapters, the one used by default first.
+pub fn list_adapters() -> Vec<AdapterInfo> {
+    adapters().iter().map(|a| AdapterInfo::of(&a.get_info())).collect()
+}
+
+impl Gpu {
+    /// Opens the first adapter whose name, driver or kind contains `wanted` (any case), or the best one.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if there is none, none matches, or it refuses.
+    pub fn open(wanted: Option<&str>) -> Result<Self> {
+        let all = adapters();
+        let list = all.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", ");
+        if all.is_empty() {
+            return Err(Error::device(
+                "no Vulkan, Metal or DirectX 12 adapter was found",
+                "install a driver (a software one on Debian: apt-get install mesa-vulkan-drivers libvulkan1), or use --device reference",
+            ));
+        }
+        let matches = |a: &wgpu::Adapter| {
+            let text = AdapterInfo::of(&a.get_info()).to_string().to_lowercase();
+            wanted.is_none_or(|w| text.contains(&w.to_lowercase()))
+        };
+        let Some(adapter) = all.into_iter().find(matches) else {
+            return Err(Error::device(
+                format!("no adapter matches {:?}", wanted.unwrap_or_default()),
+                format!("choose one of: {list}; `abbe devices` lists them"),
+            ));
+        };
+        let info = AdapterInfo::of(&adapter.get_info());
+        let request = adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("abbe"),
+            required_limits: adapter.limits(),
+            ..Default::default()
+        });
+        let (device, queue) = pollster::block_on(request)
+            .map_err(|e| Error::device(format!("{} refused a device: {e}", info.name), "choose another adapter with --device"))?;
+        Ok(Self { device, queue, info })
+    }
+
+    /// Largest storage buffer that may be bound, bytes.
+    pub fn max_binding(&self) -> u64 {
+        let limits = self.device.limits();
+        limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+    }
+
+    /// A storage buffer with this content (never empty: WebGPU has no zero-sized bindings).
+    ///
+    /// # Errors
+    /// [`Error::Device`] if it is larger than the adapter can bind.
+    pub fn storage<T: bytemuck::Pod>(&self, label: &str, data: &[T]) -> Result<wgpu::Buffer> {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        let buffer = self.empty_storage(label, (bytes.len() as u64).max(16))?;
+        self.queue.write_buffer(&buffer, 0, bytes);
+        Ok(buffer)
+    }
+
+    /// A storage buffer of `size` bytes, zeroed.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if it is larger than the adapter can bind.
+    pub fn empty_storage(&self, label: &str, size: u64) -> Result<wgpu::Buffer> {
+        if size > self.max_binding() {
+            return Err(Error::device(
+                format!("the scene's {label} need {} MiB, {} binds at most {} MiB", size >> 20, self.info.name, self.max_binding() >> 20),
+                "use a smaller scene or another adapter",
+            ));
+        }
+        Ok(self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: size.next_multiple_of(16),
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        }))
+    }
+
+    /// A small uniform buffer.
+    pub fn uniform(&self, label: &str, size: u64) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        })
+    }
+
+    /// Waits until all submitted work is done.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the device was lost.
+    pub fn wait(&self) -> Result<()> {
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map(|_| ()).map_err(|e| self.lost(&e))
+    }
+
+    fn lost(&self, e: &dyn fmt::Display) -> Error {
+        Error::device(format!("{} stopped answering: {e}", self.info.name), "render again, or choose another adapter with --device")
+    }
+
+    /// Copies a buffer's first `size` bytes back.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the device was lost.
+    pub fn read<T: bytemuck::Pod>(&self, buffer: &wgpu::Buffer, size: u64) -> Result<Vec<T>> {
+        let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("read back"),
+            size,
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, size);
+        self.queue.submit([encoder.finish()]);
+        staging.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+        self.wait()?;
+        let view = staging.slice(..).get_mapped_range().map_err(|e| self.lost(&e))?;
+        Ok(bytemuck::pod_collect_to_vec(&view))
+    }
+}

@@ -1,0 +1,83 @@
+//! A compute pipeline whose buffers are bound by the names they have in its WGSL.
+
+use super::{Gpu, layout, shader};
+use crate::error::{Error, Result};
+use std::collections::BTreeMap;
+
+/// A compiled kernel.
+#[derive(Debug)]
+pub struct Kernel {
+    pipeline: wgpu::ComputePipeline,
+    /// (name, binding) of every buffer.
+    bindings: Vec<(String, u32)>,
+}
+
+impl Kernel {
+    /// Compiles the kernel of root file `root`; `constants` and `features` are the plan's.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if assembly or compilation fails, which is a defect of Abbe or of the driver.
+    pub fn new(gpu: &Gpu, root: &str, constants: &str, features: &BTreeMap<&str, bool>) -> Result<Self> {
+        let prelude = format!("{}{}{constants}", layout::WGSL_CONSTANTS, layout::WGSL_RECORDS);
+        let defect = |e: String| Error::device(format!("shader {root}: {e}"), "this is a defect of Abbe: please report it with the scene");
+        let source = shader::assemble(root, &prelude, features).map_err(defect)?;
+        let module = wgpu::naga::front::wgsl::parse_str(&source).map_err(|e| defect(e.emit_to_string(&source)))?;
+        let bindings = module
+            .global_variables
+            .iter()
+            .filter_map(|(_, v)| Some((v.name.clone()?, v.binding.as_ref()?.binding)))
+            .collect();
+        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let descriptor = wgpu::ShaderModuleDescriptor { label: Some(root), source: wgpu::ShaderSource::Wgsl(source.into()) };
+        // SAFETY: indices are made by the host from the same lists as the buffers, and every loop is bounded or ends with a path; the tests run
+        // the same text with all checks on (feature `CHECKED`).
+        let shader = unsafe {
+            let checks = wgpu::ShaderRuntimeChecks::all(std::env::var_os("ABBE_CHECKED_SHADERS").is_some());
+            gpu.device.create_shader_module_trusted(descriptor, checks)
+        };
+        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(root),
+            layout: None,
+            module: &shader,
+            entry_point: Some("main"),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        if let Some(e) = pollster::block_on(scope.pop()) {
+            return Err(defect(e.to_string()));
+        }
+        Ok(Self { pipeline, bindings })
+    }
+
+    /// Binds buffers by name; those that this kernel does not have are passed over.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if one of the kernel's buffers is missing.
+    pub fn bind(&self, gpu: &Gpu, buffers: &[(&str, &wgpu::Buffer)]) -> Result<wgpu::BindGroup> {
+        let mut entries = Vec::new();
+        for (name, binding) in &self.bindings {
+            let Some((_, buffer)) = buffers.iter().find(|(n, _)| n == name) else {
+                return Err(Error::device(format!("the kernel's buffer {name} was not given"), "this is a defect of Abbe: please report it"));
+            };
+            entries.push(wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() });
+        }
+        let layout = self.pipeline.get_bind_group_layout(0);
+        Ok(gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries }))
+    }
+
+    /// Runs `groups` workgroups and waits for them.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the device was lost.
+    pub fn run(&self, gpu: &Gpu, bindings: &wgpu::BindGroup, groups: u32) -> Result<()> {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            pass.set_pipeline(&self.pipeline);
+            pass.set_bind_group(0, bindings, &[]);
+            pass.dispatch_workgroups(groups, 1, 1);
+        }
+        gpu.queue.submit([encoder.finish()]);
+        gpu.wait()
+    }
+}

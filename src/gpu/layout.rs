@@ -1,0 +1,233 @@
+//! The host/shader boundary. Each record is declared once, here; the WGSL side is generated from it, and a test holds naga's idea of offsets and
+//! sizes against Rust's.
+
+use bytemuck::{Pod, Zeroable};
+
+/// Rust types of record fields and their WGSL names.
+macro_rules! wgsl_type {
+    (u32) => {
+        "u32"
+    };
+    (f32) => {
+        "f32"
+    };
+    (Vec4) => {
+        "vec4f"
+    };
+    (UVec4) => {
+        "vec4u"
+    };
+}
+
+/// Declares records that host and shaders share, and `WGSL_RECORDS`, their declarations for the shaders.
+macro_rules! shared_records {
+    ($($(#[$doc:meta])* struct $name:ident { $($(#[$field_doc:meta])* $field:ident: $kind:ident,)* })*) => {
+        $(
+            $(#[$doc])*
+            #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+            #[repr(C)]
+            pub struct $name { $($(#[$field_doc])* pub $field: $kind,)* }
+        )*
+
+        /// WGSL declarations of all records.
+        pub const WGSL_RECORDS: &str = concat!($("struct ", stringify!($name), " {\n",
+            $("    ", stringify!($field), ": ", wgsl_type!($kind), ",\n",)* "}\n",)*);
+
+        /// Name, size and (field, offset) list of every record, as Rust lays them out.
+        pub fn record_layouts() -> Vec<(&'static str, usize, Vec<(&'static str, usize)>)> {
+            vec![$((stringify!($name), std::mem::size_of::<$name>(),
+                vec![$((stringify!($field), std::mem::offset_of!($name, $field)),)*]),)*]
+        }
+    };
+}
+
+/// Declares numbers that host and shaders share, and `WGSL_CONSTANTS`.
+macro_rules! shared_constants {
+    ($($(#[$doc:meta])* $name:ident = $value:literal;)*) => {
+        $($(#[$doc])* pub const $name: u32 = $value;)*
+
+        /// WGSL declarations of all shared numbers.
+        pub const WGSL_CONSTANTS: &str = concat!($("const ", stringify!($name), " = ", stringify!($value), "u;\n",)*);
+    };
+}
+
+use glam::{UVec4, Vec4};
+
+
+shared_constants! {
+    /// "Nothing", for indices.
+    NO_INDEX = 0xffffffff;
+    /// Kinds of primitives, in the two top bits of a primitive's first word.
+    PRIMITIVE_TRIANGLE = 0;
+    /// Sphere.
+    PRIMITIVE_SPHERE = 1;
+    /// Disc.
+    PRIMITIVE_DISC = 2;
+    /// Lateral surface of a cylinder.
+    PRIMITIVE_CYLINDER = 3;
+    /// Kinds of materials. `a`, `b`, `c`: reflectance row.
+    MATERIAL_KIND_DIFFUSE = 0;
+    /// Needs its interior only.
+    MATERIAL_KIND_SMOOTH_DIELECTRIC = 1;
+    /// Needs its interior, `alpha` and `table`.
+    MATERIAL_KIND_ROUGH_DIELECTRIC = 2;
+    /// `a`: row of the index.
+    MATERIAL_KIND_THIN_DIELECTRIC = 3;
+    /// `a`, `b`: rows of eta and k.
+    MATERIAL_KIND_SMOOTH_CONDUCTOR = 4;
+    /// `a`, `b`, `c`: rows of eta, k and the mean Fresnel reflectance; `alpha`, `table`.
+    MATERIAL_KIND_ROUGH_CONDUCTOR = 5;
+    /// `a`: row of the first one's share; `b`, `c`: the two materials.
+    MATERIAL_KIND_MIX = 6;
+    /// No surface.
+    MATERIAL_KIND_BOUNDARY = 7;
+    /// Kinds of lights. `p0`, `p1`, `p2`: vertices.
+    LIGHT_KIND_TRIANGLE = 0;
+    /// `p0`: centre; `p2.x`: radius.
+    LIGHT_KIND_SPHERE = 1;
+    /// `p0`: centre; `p1`: normal; `p2.x`: radius.
+    LIGHT_KIND_DISC = 2;
+    /// `p0`: base; `p1`: axis; `p2`: radius, length.
+    LIGHT_KIND_CYLINDER = 3;
+    /// `p0`: position.
+    LIGHT_KIND_POINT = 4;
+    /// `p0`: position; `p1`: axis; `p2`: cosines of inner and outer angle.
+    LIGHT_KIND_SPOT = 5;
+    /// `p0`: origin; `p1`: direction; `p2.x`: radius.
+    LIGHT_KIND_BEAM = 6;
+    /// `p1`: direction of travel; `p2.x`: one minus the cosine of its angular radius.
+    LIGHT_KIND_SUN = 7;
+    /// Row only.
+    LIGHT_KIND_CONSTANT = 8;
+    /// `p0`, `p1`, `p2`: rows of the rotation into the picture, `w`: width, height, row of the upsampling coordinate.
+    LIGHT_KIND_IMAGE = 9;
+    /// Surfaces in a row that a ray may pass straight through before it is given up.
+    MAX_CROSSINGS = 10000;
+    /// Rays traced (low word; a dispatch stays below 2^32).
+    COUNTER_RAYS_LOW = 0;
+    /// Samples dropped as not finite.
+    COUNTER_NOT_FINITE = 1;
+    /// Samples dropped as negative.
+    COUNTER_NEGATIVE = 2;
+    /// Paths cut at the greatest depth.
+    COUNTER_TRUNCATED = 3;
+}
+
+/// Number of counters.
+pub const COUNTERS: usize = 4;
+
+shared_records! {
+    /// Uniforms of a dispatch of the camera pass.
+    struct Params {
+        /// Tile's left column in the image.
+        tile_x: u32,
+        /// Tile's top row.
+        tile_y: u32,
+        /// Tile's size.
+        tile_width: u32,
+        /// Tile's size.
+        tile_height: u32,
+        /// Image size.
+        image_width: u32,
+        /// Image size.
+        image_height: u32,
+        /// First 8 x 8 block of this dispatch.
+        first_block: u32,
+        /// First sample (pass) of this dispatch within the batch.
+        first_sample: u32,
+        /// Samples per pixel of this dispatch.
+        samples: u32,
+        /// Batch number, keys the random numbers.
+        batch: u32,
+        /// Seed, keys the random numbers.
+        seed: u32,
+        /// Greatest number of scattering events.
+        max_depth: u32,
+        /// vec4s of one pass in `spectra`.
+        spectra_stride: u32,
+        /// Radius of a tent, standard deviation of a Gaussian; pixels.
+        filter_radius: f32,
+        /// Unused.
+        pad_0: u32,
+        /// Unused.
+        pad_1: u32,
+        /// Eye, corner or centre, relative to the scene's origin.
+        origin: Vec4,
+        /// Right, or edge u.
+        axis_x: Vec4,
+        /// Up, or edge v.
+        axis_y: Vec4,
+        /// Backward, or normal.
+        axis_z: Vec4,
+        /// Half extents of the picture at distance 1 (or of the orthographic rectangle), lens radius, focus distance; radius of a sphere sensor.
+        half_extent: Vec4,
+        /// Ranks of the volumes that rays start in.
+        inside: UVec4,
+    }
+
+    /// A material.
+    struct Material {
+        /// MATERIAL_KIND_*.
+        kind: u32,
+        /// Index into the interiors, or NO_INDEX.
+        interior: u32,
+        /// See the kind.
+        a: u32,
+        /// See the kind.
+        b: u32,
+        /// See the kind.
+        c: u32,
+        /// First entry of the energy table.
+        table: u32,
+        /// GGX width.
+        alpha: f32,
+        /// Unused.
+        pad_0: u32,
+    }
+
+    /// A volume.
+    struct Interior {
+        /// Row of the index of refraction.
+        eta_row: u32,
+        /// Row of the absorption coefficient, or NO_INDEX where it is 0.
+        sigma_a_row: u32,
+        /// Row of the scattering coefficient, or NO_INDEX where it is 0.
+        sigma_s_row: u32,
+        /// 1 if the index varies over the film's range.
+        dispersive: u32,
+        /// Henyey-Greenstein asymmetry.
+        g: f32,
+        /// Its entry in the set of volumes around a path; 0 for the surroundings.
+        rank: u32,
+        /// Unused.
+        pad_0: u32,
+        /// Unused.
+        pad_1: u32,
+    }
+
+    /// A light, or one primitive of an emitting shape.
+    struct Light {
+        /// LIGHT_KIND_*.
+        kind: u32,
+        /// Row of radiance, intensity or irradiance.
+        row: u32,
+        /// The emitting primitive, or NO_INDEX.
+        primitive: u32,
+        /// 1 if it emits on both sides.
+        two_sided: u32,
+        /// See the kind.
+        p0: Vec4,
+        /// See the kind.
+        p1: Vec4,
+        /// See the kind.
+        p2: Vec4,
+        /// Probability of being chosen.
+        probability: f32,
+        /// Alias method: keep this light below it.
+        alias_threshold: f32,
+        /// Alias method: take this light above it.
+        alias_index: u32,
+        /// Area of the primitive, m^2.
+        area: f32,
+    }
+}

@@ -1,0 +1,170 @@
+//! The list of lights for next-event estimation: every emitting primitive and every light that is no shape, with an alias table by power.
+
+use super::layout::{self, Light, NO_INDEX};
+use super::scene::{Rows, SpectrumRow, alias_table};
+use crate::error::{Error, Result};
+use crate::geometry::{Bounds, corners, triangle_area};
+use crate::scene::{self, EnvironmentMap, Geometry, Scene};
+use crate::spectrum::upsample;
+use glam::{DVec3, Vec4};
+use std::f64::consts::PI;
+
+/// Lights as buffers.
+pub(super) struct Lights {
+    /// Distant ones last.
+    pub records: Vec<Light>,
+    /// Light of each primitive in the scene's order.
+    pub of_primitive: Vec<u32>,
+    /// Texels of the environment picture: coefficients and scale; threshold, alias, pdf per solid angle.
+    pub environment: Vec<Vec4>,
+    /// Index of the first distant light.
+    pub first_distant: usize,
+    /// Index of the environment picture, or of nothing.
+    pub environment_light: usize,
+}
+
+fn vec4(v: DVec3) -> Vec4 {
+    v.as_vec3().extend(0.0)
+}
+
+/// Lists the lights; positions are relative to `origin`, primitives numbered in the scene's order.
+pub(super) fn build(scene: &Scene, rows: &mut Rows, bounds: Bounds, origin: DVec3) -> Result<Lights> {
+    let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
+    let radius = if bounds.is_empty() { 1.0 } else { 0.5 * (bounds.max - bounds.min).length() };
+    let at = |p: DVec3| vec4(p - origin);
+    let mut records = Vec::new();
+    let mut powers = Vec::new();
+    let mut of_primitive = Vec::new();
+    for shape in &scene.shapes {
+        let count = if let Geometry::Mesh(m) = &shape.geometry { m.triangles.len() } else { 1 };
+        let Some(emission) = shape.emission.as_ref().filter(|e| !e.radiance.is_zero()) else {
+            of_primitive.extend(std::iter::repeat_n(NO_INDEX, count));
+            continue;
+        };
+        let row = rows.spectrum(&emission.radiance);
+        let exitance = PI * emission.radiance.mean(lo, hi) * if emission.two_sided { 2.0 } else { 1.0 };
+        for i in 0..count {
+            let (kind, area, p0, p1, p2) = match &shape.geometry {
+                Geometry::Mesh(mesh) => {
+                    let c = corners(mesh, i);
+                    (layout::LIGHT_KIND_TRIANGLE, triangle_area(c), at(c[0]), at(c[1]), at(c[2]))
+                }
+                Geometry::Sphere { center, radius } => {
+                    (layout::LIGHT_KIND_SPHERE, 4.0 * PI * radius * radius, at(*center), Vec4::ZERO, size(*radius, 0.0))
+                }
+                Geometry::Disc { center, normal, radius } => {
+                    (layout::LIGHT_KIND_DISC, PI * radius * radius, at(*center), vec4(*normal), size(*radius, 0.0))
+                }
+                Geometry::Cylinder { base, axis, length, radius } => {
+                    (layout::LIGHT_KIND_CYLINDER, 2.0 * PI * radius * length, at(*base), vec4(*axis), size(*radius, *length))
+                }
+            };
+            of_primitive.push(records.len() as u32);
+            powers.push(exitance * area);
+            let primitive = of_primitive.len() as u32 - 1;
+            let (two_sided, area) = (u32::from(emission.two_sided), area as f32);
+            records.push(Light { kind, row, primitive, two_sided, p0, p1, p2, area, ..Default::default() });
+        }
+    }
+    let mut environment = Vec::new();
+    let mut environment_light = NO_INDEX as usize;
+    // Lights at a place first, those from infinity last.
+    let is_distant = |l: &&scene::Light| {
+        matches!(l, scene::Light::Sun { .. } | scene::Light::Constant { .. } | scene::Light::Image(_))
+    };
+    let (distant, near): (Vec<_>, Vec<_>) = scene.lights.iter().partition(is_distant);
+    let first_distant = records.len() + near.len();
+    for light in near.into_iter().chain(distant) {
+        let none = Light { primitive: NO_INDEX, ..Default::default() };
+        let (record, power) = match light {
+            scene::Light::Point { position, intensity } => (
+                Light { kind: layout::LIGHT_KIND_POINT, row: rows.spectrum(intensity), p0: at(*position), ..none },
+                4.0 * PI * intensity.mean(lo, hi),
+            ),
+            scene::Light::Spot { position, direction, intensity, cos_inner, cos_outer } => {
+                let p2 = size(*cos_inner, *cos_outer);
+                let (row, p1) = (rows.spectrum(intensity), vec4(*direction));
+                let power = 2.0 * PI * (1.0 - 0.5 * (cos_inner + cos_outer)) * intensity.mean(lo, hi);
+                (Light { kind: layout::LIGHT_KIND_SPOT, row, p0: at(*position), p1, p2, ..none }, power)
+            }
+            scene::Light::Beam { origin, direction, radius, irradiance } => {
+                let (row, p1, p2) = (rows.spectrum(irradiance), vec4(*direction), size(*radius, 0.0));
+                let power = PI * radius * radius * irradiance.mean(lo, hi);
+                (Light { kind: layout::LIGHT_KIND_BEAM, row, p0: at(*origin), p1, p2, ..none }, power)
+            }
+            scene::Light::Sun { direction, cos_angle, irradiance } => {
+                let one_minus_cos = 1.0 - cos_angle;
+                // Uniform radiance over the disc: irradiance / (pi sin^2).
+                let solid = PI * one_minus_cos * (1.0 + cos_angle);
+                let scale = if one_minus_cos > 0.0 { 1.0 / solid } else { 1.0 };
+                let row = rows.spectrum(&irradiance.clone().scaled(scale));
+                let p2 = size(one_minus_cos, 0.0);
+                let power = PI * radius * radius * irradiance.mean(lo, hi);
+                (Light { kind: layout::LIGHT_KIND_SUN, row, p1: vec4(*direction), p2, ..none }, power)
+            }
+            scene::Light::Constant { radiance } => {
+                let power = PI * PI * radius * radius * radiance.mean(lo, hi);
+                (Light { kind: layout::LIGHT_KIND_CONSTANT, row: rows.spectrum(radiance), ..none }, power)
+            }
+            scene::Light::Image(map) => {
+                if !environment.is_empty() {
+                    return Err(Error::usage("the scene has several environment pictures", "keep one light of kind \"image\""));
+                }
+                environment_light = records.len();
+                let (texels, mean) = environment_texels(map);
+                environment = texels;
+                let row = rows.spectrum(&map.illuminant);
+                let x_row = rows.add(SpectrumRow::UpsamplingCoordinate);
+                let [x, y, z] = [0, 1, 2].map(|i| map.to_local.row(i).as_vec3());
+                let record = Light {
+                    kind: layout::LIGHT_KIND_IMAGE,
+                    row,
+                    p0: x.extend(map.width as f32),
+                    p1: y.extend(map.height as f32),
+                    p2: z.extend(f32::from_bits(x_row)),
+                    ..none
+                };
+                (record, PI * PI * radius * radius * mean * map.illuminant.mean(lo, hi))
+            }
+        };
+        records.push(record);
+        powers.push(power);
+    }
+    for (record, (probability, threshold, alias)) in records.iter_mut().zip(alias_table(&powers)) {
+        record.probability = probability as f32;
+        record.alias_threshold = threshold as f32;
+        record.alias_index = alias;
+    }
+    Ok(Lights { records, of_primitive, environment, first_distant, environment_light })
+}
+
+fn size(x: f64, y: f64) -> Vec4 {
+    Vec4::new(x as f32, y as f32, 0.0, 0.0)
+}
+
+/// Texels as the shader reads them, and their mean radiance over the sphere.
+fn environment_texels(map: &EnvironmentMap) -> (Vec<Vec4>, f64) {
+    let (width, height) = (map.width as usize, map.height as usize);
+    let solid_angle = |row: usize| {
+        let edge = |r: usize| (PI * r as f64 / height as f64).cos();
+        2.0 * PI / width as f64 * (edge(row) - edge(row + 1))
+    };
+    let radiance: Vec<f64> = map
+        .texels
+        .iter()
+        .map(|t| {
+            let c = [t[0], t[1], t[2]].map(f64::from);
+            f64::from(t[3]) * [450.0, 550.0, 650.0].iter().map(|&nm| upsample::sigmoid(&c, nm)).sum::<f64>() / 3.0
+        })
+        .collect();
+    let weights: Vec<f64> = radiance.iter().enumerate().map(|(i, r)| r * solid_angle(i / width)).collect();
+    let mean = weights.iter().sum::<f64>() / (4.0 * PI);
+    let table = alias_table(&weights);
+    let mut out = Vec::with_capacity(2 * table.len());
+    for (i, (t, (probability, threshold, alias))) in map.texels.iter().zip(table).enumerate() {
+        let pdf = probability / solid_angle(i / width);
+        out.push(Vec4::from_array(*t));
+        out.push(Vec4::new(threshold as f32, f32::from_bits(alias), pdf as f32, 0.0));
+    }
+    (out, mean)
+}

@@ -1,0 +1,13 @@
+//! Everything that touches wgpu: adapters, shader assembly, the host/shader boundary, kernels and the scene's buffers.
+
+mod adapter;
+mod kernel;
+pub mod layout;
+mod lights;
+mod primitives;
+mod scene;
+pub mod shader;
+
+pub use adapter::{AdapterInfo, Gpu, list_adapters};
+pub use kernel::Kernel;
+pub use scene::{GpuScene, SpectrumRow, rank};

@@ -1,0 +1,252 @@
+//! The scene as buffers: primitives in BVH order, materials, volumes, lights, tables, and the list of spectra to evaluate per pass.
+
+use super::layout::{self, Interior, Material, NO_INDEX};
+use super::lights;
+use super::{Gpu, primitives};
+use crate::bsdf::energy::EnergyTable;
+use crate::bsdf::fresnel;
+use crate::error::{Error, Result};
+use crate::geometry::bounds_of_all;
+use crate::scene::{self, Scene};
+use crate::spectrum::{Ior, Spectrum};
+use glam::DVec3;
+
+/// What one row of the per-pass spectral table holds.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SpectrumRow {
+    /// The film's weight for its bins: 1 / (pdf of the wavelength x bin width).
+    FilmBin,
+    /// The film's weight for X, Y or Z.
+    FilmXyz(usize),
+    /// A spectrum.
+    Spectrum(Spectrum),
+    /// An index of refraction.
+    Ior(Ior),
+    /// Hemispherical mean of a conductor's Fresnel reflectance.
+    ConductorAverage(Spectrum, Spectrum),
+    /// The coordinate of upsampled colours, (nm - 360) / 470.
+    UpsamplingCoordinate,
+}
+
+impl SpectrumRow {
+    /// Value at `nm`; `weights` are the film's: bin, X, Y, Z.
+    pub fn eval(&self, nm: f64, weights: &[f64; 4]) -> f64 {
+        match self {
+            SpectrumRow::FilmBin => weights[0],
+            SpectrumRow::FilmXyz(i) => weights[1 + i],
+            SpectrumRow::Spectrum(s) => s.eval(nm),
+            SpectrumRow::Ior(n) => n.eval(nm),
+            SpectrumRow::ConductorAverage(eta, k) => fresnel::average_conductor(eta.eval(nm), k.eval(nm)),
+            SpectrumRow::UpsamplingCoordinate => (nm - 360.0) / 470.0,
+        }
+    }
+}
+
+/// Rows in use, each once, so that equal spectra (and so matched indices) share a row.
+#[derive(Debug)]
+pub(super) struct Rows(Vec<SpectrumRow>);
+
+impl Rows {
+    fn new() -> Self {
+        Rows(vec![SpectrumRow::FilmBin, SpectrumRow::FilmXyz(0), SpectrumRow::FilmXyz(1), SpectrumRow::FilmXyz(2)])
+    }
+
+    pub(super) fn add(&mut self, row: SpectrumRow) -> u32 {
+        let at = self.0.iter().position(|r| *r == row).unwrap_or_else(|| {
+            self.0.push(row);
+            self.0.len() - 1
+        });
+        at as u32
+    }
+
+    pub(super) fn spectrum(&mut self, s: &Spectrum) -> u32 {
+        self.add(SpectrumRow::Spectrum(s.clone()))
+    }
+}
+
+/// The scene on the GPU.
+#[derive(Debug)]
+pub struct GpuScene {
+    /// Named buffers, as the shaders call them.
+    pub buffers: Vec<(&'static str, wgpu::Buffer)>,
+    /// Rows of the spectral table, in order.
+    pub rows: Vec<SpectrumRow>,
+    /// What the shaders call the scene's sizes.
+    pub constants: String,
+    /// Subtracted from world positions: the middle of the scene.
+    pub origin: DVec3,
+    /// Bytes in all buffers.
+    pub bytes: u64,
+}
+
+/// Rank of a volume in a path's set.
+pub fn rank(scene: &Scene, interior: usize) -> u32 {
+    if interior == 0 { 0 } else { 1 << 31 | u32::from(scene.interiors[interior].priority) << 16 | interior as u32 }
+}
+
+impl GpuScene {
+    /// Builds and uploads everything.
+    ///
+    /// # Errors
+    /// [`Error`] if the scene exceeds what the shaders can index or the adapter can bind.
+    pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self> {
+        if scene.interiors.len() > 0xffff {
+            return Err(Error::usage("the scene has more than 65535 transparent volumes", "share materials between shapes"));
+        }
+        let mut rows = Rows::new();
+        let bounds = bounds_of_all(&scene.shapes);
+        let origin = if bounds.is_empty() { DVec3::ZERO } else { 0.5 * (bounds.min + bounds.max) };
+        let interiors = interiors(scene, &mut rows);
+        let mut tables = Vec::new();
+        let materials = materials(scene, &mut rows, &mut tables);
+        let lights = lights::build(scene, &mut rows, bounds, origin)?;
+        let geometry = primitives::build(scene, bounds, origin, &lights.of_primitive)?;
+        let mut records = lights.records;
+        for light in &mut records {
+            if light.primitive != NO_INDEX {
+                light.primitive = geometry.place[light.primitive as usize];
+            }
+        }
+        let buffers = vec![
+            ("bvh", gpu.storage("BVH nodes", &geometry.nodes)?),
+            ("primitives", gpu.storage("primitives", &geometry.primitives)?),
+            ("normals", gpu.storage("shading normals", &geometry.normals)?),
+            ("materials", gpu.storage("materials", &materials)?),
+            ("interiors", gpu.storage("volumes", &interiors)?),
+            ("lights", gpu.storage("lights", &records)?),
+            ("tables", gpu.storage("energy tables", &tables)?),
+            ("environment", gpu.storage("environment picture", &lights.environment)?),
+        ];
+        let bytes = buffers.iter().map(|(_, b)| b.size()).sum();
+        let constants = format!(
+            "const BVH_STACK = {}u;\nconst LIGHTS = {}u;\nconst FIRST_DISTANT_LIGHT = {}u;\nconst ENVIRONMENT_LIGHT = {}u;\n",
+            geometry.stack,
+            records.len(),
+            lights.first_distant,
+            lights.environment_light,
+        );
+        Ok(Self { buffers, rows: rows.0, constants, origin, bytes })
+    }
+}
+
+fn interiors(scene: &Scene, rows: &mut Rows) -> Vec<Interior> {
+    let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
+    let mut coefficient = |s: &Spectrum| if s.is_zero() { NO_INDEX } else { rows.spectrum(s) };
+    let media: Vec<_> = scene.interiors.iter().map(|i| (coefficient(&i.sigma_a), coefficient(&i.sigma_s))).collect();
+    scene
+        .interiors
+        .iter()
+        .zip(media)
+        .enumerate()
+        .map(|(index, (i, (sigma_a_row, sigma_s_row)))| Interior {
+            eta_row: rows.add(SpectrumRow::Ior(i.ior.clone())),
+            sigma_a_row,
+            sigma_s_row,
+            dispersive: u32::from(!i.ior.is_constant_over(lo, hi)),
+            g: i.g as f32,
+            rank: rank(scene, index),
+            ..Default::default()
+        })
+        .collect()
+}
+
+/// Appends the energy table of `alpha`, once; returns its first entry.
+fn energy_table(alpha: f64, dielectric: bool, made: &mut Vec<(u64, bool, u32)>, tables: &mut Vec<f32>) -> u32 {
+    let key = (alpha.to_bits(), dielectric);
+    if let Some(m) = made.iter().find(|m| (m.0, m.1) == key) {
+        return m.2;
+    }
+    let table = if dielectric { EnergyTable::dielectric(alpha) } else { EnergyTable::conductor(alpha) };
+    let at = tables.len() as u32;
+    tables.extend(table.missing.iter().chain(&table.mean).map(|&x| x as f32));
+    made.push((key.0, key.1, at));
+    at
+}
+
+fn materials(scene: &Scene, rows: &mut Rows, tables: &mut Vec<f32>) -> Vec<Material> {
+    let mut made = Vec::new();
+    let none = Material { interior: NO_INDEX, ..Default::default() };
+    scene
+        .materials
+        .iter()
+        .map(|m| match m {
+            scene::Material::Diffuse { reflectance } => {
+                Material { kind: layout::MATERIAL_KIND_DIFFUSE, a: rows.spectrum(reflectance), ..none }
+            }
+            scene::Material::Dielectric { interior, alpha } if *alpha == 0.0 => {
+                Material { kind: layout::MATERIAL_KIND_SMOOTH_DIELECTRIC, interior: *interior as u32, ..none }
+            }
+            scene::Material::Dielectric { interior, alpha } => Material {
+                kind: layout::MATERIAL_KIND_ROUGH_DIELECTRIC,
+                interior: *interior as u32,
+                alpha: *alpha as f32,
+                table: energy_table(*alpha, true, &mut made, tables),
+                ..none
+            },
+            scene::Material::ThinDielectric { ior } => {
+                Material { kind: layout::MATERIAL_KIND_THIN_DIELECTRIC, a: rows.add(SpectrumRow::Ior(ior.clone())), ..none }
+            }
+            scene::Material::Conductor { eta, k, alpha } => {
+                let (a, b) = (rows.spectrum(eta), rows.spectrum(k));
+                if *alpha == 0.0 {
+                    return Material { kind: layout::MATERIAL_KIND_SMOOTH_CONDUCTOR, a, b, ..none };
+                }
+                Material {
+                    kind: layout::MATERIAL_KIND_ROUGH_CONDUCTOR,
+                    a,
+                    b,
+                    c: rows.add(SpectrumRow::ConductorAverage(eta.clone(), k.clone())),
+                    alpha: *alpha as f32,
+                    table: energy_table(*alpha, false, &mut made, tables),
+                    ..none
+                }
+            }
+            scene::Material::Mix { a, b, weight } => {
+                Material { kind: layout::MATERIAL_KIND_MIX, a: rows.spectrum(weight), b: *a as u32, c: *b as u32, ..none }
+            }
+            scene::Material::Boundary { interior } => {
+                Material { kind: layout::MATERIAL_KIND_BOUNDARY, interior: interior.map_or(NO_INDEX, |i| i as u32), ..none }
+            }
+        })
+        .collect()
+}
+
+/// The alias table of these weights (Vose 1991): probability, threshold and alias of each.
+pub(super) fn alias_table(weights: &[f64]) -> Vec<(f64, f64, u32)> {
+    let n = weights.len();
+    let total: f64 = weights.iter().sum();
+    let mut out: Vec<(f64, f64, u32)> =
+        weights.iter().enumerate().map(|(i, w)| (if total > 0.0 { w / total } else { 1.0 / n as f64 }, 1.0, i as u32)).collect();
+    let mut scaled: Vec<f64> = out.iter().map(|o| o.0 * n as f64).collect();
+    let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| scaled[i] < 1.0);
+    while let (Some(s), Some(&l)) = (small.pop(), large.last()) {
+        out[s].1 = scaled[s];
+        out[s].2 = l as u32;
+        scaled[l] -= 1.0 - scaled[s];
+        if scaled[l] < 1.0 {
+            large.pop();
+            small.push(l);
+        }
+    }
+    out
+}
+
+
+#[cfg(test)]
+mod tests {
+    use super::alias_table;
+
+    #[test]
+    fn an_alias_table_chooses_each_entry_with_its_probability() {
+        let weights = [3.0, 0.0, 1.0, 0.5, 7.5];
+        let table = alias_table(&weights);
+        let mut chosen = [0.0; 5];
+        for (i, (_, threshold, alias)) in table.iter().enumerate() {
+            chosen[i] += threshold / 5.0;
+            chosen[*alias as usize] += (1.0 - threshold) / 5.0;
+        }
+        for (c, w) in chosen.iter().zip(weights) {
+            assert!((c - w / 12.0).abs() < 1e-12, "{chosen:?}");
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! What a scene needs, worked out before a shader is compiled: only that is in the pipeline.
+
+use crate::geometry::bounds;
+use crate::scene::{Filter, Geometry, Light, Material, Scene, Sensor};
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// The features of a scene's kernels.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Every feature that shaders may ask for, and whether this scene has it.
+    pub features: BTreeMap<&'static str, bool>,
+    /// Wavelengths that a path carries.
+    pub lanes: u32,
+    /// Wavelength bins of the film.
+    pub bins: u32,
+    /// Lights that camera paths cannot find through glass or in mirrors, and what to do, one line each.
+    pub blind_spots: Vec<String>,
+}
+
+impl Plan {
+    /// The plan for this scene.
+    pub fn new(scene: &Scene) -> Self {
+        let used = used_materials(scene);
+        let any = |f: &dyn Fn(&Material) -> bool| used.iter().any(|&m| f(&scene.materials[m]));
+        let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
+        let smooth_dielectric = any(&|m| matches!(m, Material::Dielectric { alpha, .. } if *alpha == 0.0));
+        let rough_dielectric = any(&|m| matches!(m, Material::Dielectric { alpha, .. } if *alpha > 0.0));
+        let thin = any(&|m| matches!(m, Material::ThinDielectric { .. }));
+        let smooth_conductor = any(&|m| matches!(m, Material::Conductor { alpha, .. } if *alpha == 0.0));
+        let rough_conductor = any(&|m| matches!(m, Material::Conductor { alpha, .. } if *alpha > 0.0));
+        let boundary = any(&|m| matches!(m, Material::Boundary { .. }));
+        let dielectric = smooth_dielectric || rough_dielectric;
+        let inner = volumes(scene, &used);
+        let medium = |f: &dyn Fn(usize) -> bool| f(0) || inner.iter().any(|&i| f(i));
+        let scattering = medium(&|i| !scene.interiors[i].sigma_s.is_zero());
+        let absorbing = medium(&|i| !scene.interiors[i].sigma_a.is_zero());
+        let dispersion = smooth_dielectric && medium(&|i| !scene.interiors[i].ior.is_constant_over(lo, hi));
+        let diffuse = any(&|m| matches!(m, Material::Diffuse { .. }));
+        let emits = |f: &dyn Fn(&Geometry) -> bool| {
+            scene.shapes.iter().any(|s| f(&s.geometry) && s.emission.as_ref().is_some_and(|e| !e.radiance.is_zero()))
+        };
+        let light = |f: &dyn Fn(&Light) -> bool| scene.lights.iter().any(f);
+        let area = emits(&|_| true);
+        let sun = light(&|l| matches!(l, Light::Sun { .. }));
+        let constant = light(&|l| matches!(l, Light::Constant { .. }));
+        let image = light(&|l| matches!(l, Light::Image(_)));
+        let lights = area || !scene.lights.is_empty();
+        let interiors = dielectric || !inner.is_empty() || scattering || absorbing;
+        let lanes = super::Wavelengths::lanes(scene.film.bins.count);
+        let features = BTreeMap::from([
+            ("QUADRICS", scene.shapes.iter().any(|s| !matches!(s.geometry, Geometry::Mesh(_)))),
+            ("SMOOTH_NORMALS", scene.shapes.iter().any(|s| matches!(&s.geometry, Geometry::Mesh(m) if !m.normals.is_empty()))),
+            ("DIFFUSE", diffuse),
+            ("DIELECTRIC", dielectric),
+            ("SMOOTH_DIELECTRIC", smooth_dielectric),
+            ("ROUGH_DIELECTRIC", rough_dielectric),
+            ("THIN_DIELECTRIC", thin),
+            ("CONDUCTOR", smooth_conductor || rough_conductor),
+            ("SMOOTH_CONDUCTOR", smooth_conductor),
+            ("ROUGH_CONDUCTOR", rough_conductor),
+            ("ROUGH", rough_dielectric || rough_conductor),
+            ("FRESNEL", dielectric || thin || smooth_conductor || rough_conductor),
+            ("MIX", any(&|m| matches!(m, Material::Mix { .. }))),
+            ("BOUNDARY", boundary),
+            ("DISPERSION", dispersion),
+            ("INTERIORS", interiors),
+            ("MEDIA", scattering || absorbing),
+            ("SCATTERING", scattering),
+            ("LANE_CHOICE", scattering || rough_dielectric),
+            ("PASS_THROUGH", boundary || volumes_overlap(scene)),
+            ("NEE", lights && (diffuse || rough_dielectric || rough_conductor || scattering)),
+            ("LIGHTS_PRESENT", lights),
+            ("LIGHT_AREA", area),
+            ("LIGHT_TRIANGLE", emits(&|g| matches!(g, Geometry::Mesh(_)))),
+            ("LIGHT_SPHERE", emits(&|g| matches!(g, Geometry::Sphere { .. }))),
+            ("LIGHT_DISC", emits(&|g| matches!(g, Geometry::Disc { .. }))),
+            ("LIGHT_CYLINDER", emits(&|g| matches!(g, Geometry::Cylinder { .. }))),
+            ("LIGHT_POINT", light(&|l| matches!(l, Light::Point { .. } | Light::Spot { .. }))),
+            ("LIGHT_BEAM", light(&|l| matches!(l, Light::Beam { .. }))),
+            ("LIGHT_SUN", sun),
+            ("ENV_CONSTANT", constant),
+            ("ENV_IMAGE", image),
+            ("LIGHT_ENVIRONMENT", sun || constant || image),
+            ("SENSOR_PERSPECTIVE", matches!(scene.sensor, Sensor::Perspective { .. })),
+            ("SENSOR_ORTHOGRAPHIC", matches!(scene.sensor, Sensor::Orthographic { .. })),
+            ("SENSOR_PLANE", matches!(scene.sensor, Sensor::IrradiancePlane { .. })),
+            ("LENS", matches!(scene.sensor, Sensor::Perspective { lens_radius, .. } if lens_radius > 0.0)),
+            ("FILTER_TENT", matches!(scene.film.filter, Filter::Tent { .. })),
+            ("FILTER_GAUSSIAN", matches!(scene.film.filter, Filter::Gaussian { .. })),
+            ("MANY_BINS", lanes != scene.film.bins.count),
+        ]);
+        let specular = smooth_dielectric || smooth_conductor || thin;
+        Plan { features, lanes, bins: scene.film.bins.count, blind_spots: blind_spots(scene, specular) }
+    }
+
+    /// True if the scene has this feature. Panics on an unknown name, which is a defect.
+    pub fn has(&self, feature: &str) -> bool {
+        self.features[feature]
+    }
+
+    /// WGSL constants of the plan.
+    pub fn constants(&self) -> String {
+        use crate::bsdf::energy::{ETA_MAX, ETA_NODES, MIN_MEAN, MU_NODES};
+        format!(
+            "const LANES = {}u;\nconst LANES4 = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\n\
+             const ENERGY_ETA_MAX = {ETA_MAX:?};\nconst ENERGY_MIN_MEAN = {MIN_MEAN:?};\n",
+            self.lanes,
+            self.lanes.div_ceil(4),
+            self.bins
+        )
+    }
+}
+
+/// Materials that a path can meet: those of shapes, and what they mix.
+fn used_materials(scene: &Scene) -> Vec<usize> {
+    let mut used: Vec<usize> = Vec::new();
+    let mut todo: Vec<usize> = scene.shapes.iter().map(|s| s.material).collect();
+    while let Some(m) = todo.pop() {
+        if !used.contains(&m) {
+            used.push(m);
+            if let Material::Mix { a, b, .. } = scene.materials[m] {
+                todo.extend([a, b]);
+            }
+        }
+    }
+    used
+}
+
+fn interior(material: &Material) -> Option<usize> {
+    match material {
+        Material::Dielectric { interior, .. } => Some(*interior),
+        Material::Boundary { interior } => *interior,
+        _ => None,
+    }
+}
+
+fn volumes(scene: &Scene, used: &[usize]) -> Vec<usize> {
+    used.iter().filter_map(|&m| interior(&scene.materials[m])).collect()
+}
+
+/// True if the boxes of two volumes overlap, so that a surface may not be there because another volume rules.
+fn volumes_overlap(scene: &Scene) -> bool {
+    let boxes: Vec<_> =
+        scene.shapes.iter().filter(|s| interior(&scene.materials[s.material]).is_some()).map(|s| bounds(&s.geometry)).collect();
+    boxes.iter().enumerate().any(|(i, a)| boxes[..i].iter().any(|b| a.overlaps(b)))
+}
+
+/// What camera paths alone cannot see.
+fn blind_spots(scene: &Scene, specular: bool) -> Vec<String> {
+    let mut out = Vec::new();
+    if !specular {
+        return out;
+    }
+    let kinds = scene.lights.iter().filter_map(|l| match l {
+        Light::Point { .. } => Some("point light"),
+        Light::Spot { .. } => Some("spot light"),
+        Light::Beam { .. } => Some("parallel beam"),
+        Light::Sun { cos_angle, .. } if *cos_angle >= 1.0 => Some("sun of no angular size"),
+        _ => None,
+    });
+    for kind in kinds {
+        let line = format!(
+            "the {kind} lights surfaces directly, but its caustics through smooth glass or mirrors are not found: a path cannot hit a light of no size; \
+             give it a size (a small emitting sphere or disc, a sun with an angle) to see them"
+        );
+        if !out.contains(&line) {
+            out.push(line);
+        }
+    }
+    out
+}
+
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "plan: camera paths of {} wavelengths into {} bins", self.lanes, self.bins)?;
+        let groups: [(&str, &[(&str, &str)]); 4] = [
+            ("shapes", &[("QUADRICS", "analytic shapes"), ("SMOOTH_NORMALS", "smooth normals"), ("PASS_THROUGH", "surfaces to pass through")]),
+            (
+                "materials",
+                &[
+                    ("DIFFUSE", "diffuse"),
+                    ("SMOOTH_DIELECTRIC", "smooth glass"),
+                    ("ROUGH_DIELECTRIC", "rough glass"),
+                    ("THIN_DIELECTRIC", "thin panes"),
+                    ("SMOOTH_CONDUCTOR", "mirrors"),
+                    ("ROUGH_CONDUCTOR", "rough metal"),
+                    ("MIX", "mixtures"),
+                    ("DISPERSION", "dispersion"),
+                ],
+            ),
+            ("media", &[("MEDIA", "Beer-Lambert"), ("SCATTERING", "scattering")]),
+            (
+                "lights",
+                &[
+                    ("NEE", "sampled directly"),
+                    ("LIGHT_TRIANGLE", "meshes"),
+                    ("LIGHT_SPHERE", "spheres"),
+                    ("LIGHT_DISC", "discs"),
+                    ("LIGHT_CYLINDER", "cylinders"),
+                    ("LIGHT_POINT", "points and spots"),
+                    ("LIGHT_BEAM", "beams"),
+                    ("LIGHT_SUN", "sun"),
+                    ("ENV_CONSTANT", "constant environment"),
+                    ("ENV_IMAGE", "environment picture"),
+                ],
+            ),
+        ];
+        for (title, features) in groups {
+            let have: Vec<_> = features.iter().filter(|(name, _)| self.has(name)).map(|(_, text)| *text).collect();
+            writeln!(f, "  {title}: {}", if have.is_empty() { "none".to_string() } else { have.join(", ") })?;
+        }
+        for line in &self.blind_spots {
+            writeln!(f, "  not found: {line}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,140 @@
+//! Which wavelengths the paths of a pass carry: one per stratum of the film's range, all jittered by one shared offset.
+//!
+//! The offset is warped inside each stratum by the distribution of the scene's emission, mixed with half uniform, so that a line of a laser or a
+//! fluorescent lamp does not fall between samples; the density enters the film's weights.
+
+use crate::scene::{Bins, Light, Scene, WavelengthSampling};
+use crate::spectrum::Spectrum;
+
+/// Strata with a density each.
+#[derive(Debug, Clone)]
+pub struct Wavelengths {
+    strata: Vec<Stratum>,
+    sampling: WavelengthSampling,
+}
+
+/// One stratum: a piecewise constant density over cells.
+#[derive(Debug, Clone)]
+pub struct Stratum {
+    /// Cell edges, nm.
+    edges: Vec<f64>,
+    /// Probability up to each edge.
+    cdf: Vec<f64>,
+}
+
+impl Stratum {
+    fn new(lo: f64, hi: f64, emission: &[(f64, Spectrum)]) -> Self {
+        let mut edges = vec![lo, hi];
+        emission.iter().for_each(|(_, s)| s.breakpoints(lo, hi, &mut edges));
+        edges.sort_by(f64::total_cmp);
+        edges.dedup_by(|a, b| *a - *b < 1e-9);
+        let power = |a: f64, b: f64| emission.iter().map(|(w, s)| w * s.integral(a, b)).sum::<f64>();
+        let total = power(lo, hi);
+        let mut cdf = vec![0.0];
+        let mut sum = 0.0;
+        for w in edges.windows(2) {
+            let uniform = (w[1] - w[0]) / (hi - lo);
+            sum += if total > 0.0 { 0.5 * uniform + 0.5 * power(w[0], w[1]) / total } else { uniform };
+            cdf.push(sum);
+        }
+        cdf.iter_mut().for_each(|c| *c /= sum);
+        Self { edges, cdf }
+    }
+
+    /// Wavelength and its density (per nm) for `u` in [0, 1).
+    pub fn sample(&self, u: f64) -> (f64, f64) {
+        let last = self.edges.len() - 2;
+        let cell = self.cdf.partition_point(|&c| c <= u).saturating_sub(1).min(last);
+        let (p, width) = (self.cdf[cell + 1] - self.cdf[cell], self.edges[cell + 1] - self.edges[cell]);
+        let t = if p > 0.0 { ((u - self.cdf[cell]) / p).clamp(0.0, 1.0) } else { 0.5 };
+        (self.edges[cell] + t * width, p / width)
+    }
+}
+
+impl Wavelengths {
+    /// Strata of the scene's film.
+    pub fn new(scene: &Scene) -> Self {
+        let bins = &scene.film.bins;
+        let count = Self::lanes(bins.count);
+        let emission = emission(scene);
+        let edge = |i: u32| Bins { count, ..*bins }.edge_nm(i);
+        let strata = (0..count).map(|i| Stratum::new(edge(i), edge(i + 1), &emission)).collect();
+        Self { strata, sampling: scene.film.sampling }
+    }
+
+    /// Wavelengths a path carries for a film of `bins`: one per bin up to 32, for fewer than four a multiple of them.
+    pub fn lanes(bins: u32) -> u32 {
+        match bins {
+            0..4 => bins * 4u32.div_ceil(bins.max(1)),
+            4..=32 => bins,
+            _ => 32,
+        }
+    }
+
+    /// Wavelengths (nm) and densities (per nm) of a pass with offset `u` in [0, 1).
+    pub fn pass(&self, u: f64) -> Vec<(f64, f64)> {
+        let middle = |s: &Stratum| {
+            let (lo, hi) = (s.edges[0], s.edges[s.edges.len() - 1]);
+            (0.5 * (lo + hi), 1.0 / (hi - lo))
+        };
+        self.strata
+            .iter()
+            .map(|s| match self.sampling {
+                WavelengthSampling::Continuous => s.sample(u),
+                WavelengthSampling::Centres => middle(s),
+            })
+            .collect()
+    }
+}
+
+/// Emission spectra of the scene, weighted alike by their mean over the film.
+fn emission(scene: &Scene) -> Vec<(f64, Spectrum)> {
+    let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
+    let shapes = scene.shapes.iter().filter_map(|s| s.emission.as_ref().map(|e| &e.radiance));
+    let lights = scene.lights.iter().map(|l| match l {
+        Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity,
+        Light::Beam { irradiance, .. } | Light::Sun { irradiance, .. } => irradiance,
+        Light::Constant { radiance } => radiance,
+        Light::Image(map) => &map.illuminant,
+    });
+    let mut out: Vec<(f64, Spectrum)> = Vec::new();
+    for s in shapes.chain(lights) {
+        let mean = s.mean(lo, hi);
+        if mean > 0.0 && !out.iter().any(|(_, known)| known == s) {
+            out.push((1.0 / mean, s.clone()));
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stratum_integrates_a_line_and_a_smooth_spectrum_alike() {
+        let line = Spectrum::Band { center_nm: 405.0, width_nm: 0.1, height: 10.0 };
+        let s = Stratum::new(400.0, 420.0, &[(1.0, line.clone())]);
+        let n = 1000;
+        let (mut in_line, mut flat) = (0.0, 0.0);
+        let mut hits = 0;
+        for i in 0..n {
+            let (nm, pdf) = s.sample((f64::from(i) + 0.5) / f64::from(n));
+            assert!((400.0..=420.0).contains(&nm));
+            hits += u32::from(line.eval(nm) > 0.0);
+            in_line += line.eval(nm) / pdf / f64::from(n);
+            flat += 1.0 / pdf / f64::from(n);
+        }
+        assert!(hits > 450, "half of the samples belong to the line: {hits}");
+        assert!((in_line - 1.0).abs() < 5e-3, "{in_line}");
+        assert!((flat - 20.0).abs() < 0.05, "{flat}");
+    }
+
+    #[test]
+    fn few_and_many_bins_get_whole_strata() {
+        for bins in 1..=400 {
+            let lanes = Wavelengths::lanes(bins);
+            assert!((4..=32).contains(&lanes) && (lanes % bins == 0 || lanes == 32), "{bins}: {lanes}");
+        }
+    }
+}

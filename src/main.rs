@@ -1,0 +1,7 @@
+//! The `abbe` command; everything is in [`abbe::cli`].
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    abbe::cli::main()
+}

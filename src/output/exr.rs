@@ -1,0 +1,199 @@
+//! The spectral EXR: Fichet, Pacanowski & Wilkie, "An OpenEXR Layout for Spectral Images", JCGT 10(3), 2021.
+//!
+//! Channels, all 32-bit float:
+//! - `S0.390,000000nm` for every bin, named by its centre: mean radiance over the bin, W m^-2 sr^-1 nm^-1 (irradiance, W m^-2 nm^-1, from an irradiance
+//!   sensor; the attribute `abbe.quantity` says which);
+//! - `R`, `G`, `B`: linear sRGB for viewers, the film's XYZ times 2^`EV`, where at `EV` 0 the equal-energy spectrum of 1 W m^-2 sr^-1 nm^-1 has
+//!   luminance 1, as in [`crate::color::picture`];
+//! - `XYZ.X`, `XYZ.Y`, `XYZ.Z`: CIE 1931 in cd m^-2 (or lx), accumulated at the sampled wavelengths;
+//! - `error.Y`, on request: the standard error of `XYZ.Y`;
+//! - `error.390,000000nm`, on request: the standard error of that bin.
+//!
+//! The prefixes keep what is not a spectral channel from readers of the layout, and a bare `Y` from viewers that would take the file for a
+//! luminance-chroma picture.
+
+use super::replace_file;
+use crate::color::cie::xyz_of_unit;
+use crate::color::convert::linear_srgb_of_xyz;
+use crate::error::Result;
+use crate::film::Film;
+use crate::render::BatchStats;
+use crate::spectrum::library::Observer;
+use exr::block::{BlockIndex, UncompressedBlock};
+use exr::image::write::channels::{ChannelsWriter, WritableChannels};
+use exr::image::{Encoding, Image, Layer};
+use exr::meta::attribute::{AttributeValue, ChannelDescription, ChannelList, Chromaticities, LevelMode, SampleType, Text};
+use exr::meta::header::{Header, LayerAttributes};
+use exr::prelude::{Compression, LineOrder, Vec2, WritableImage};
+use std::path::Path;
+
+/// Where a picture comes from: what its header says beside the layout's own attributes, which is all that reproducing it takes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Provenance {
+    /// The scene's name.
+    pub scene: String,
+    /// A hash of the scene file.
+    pub scene_hash: String,
+    /// The device that rendered it.
+    pub device: String,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Seconds of rendering.
+    pub seconds: f64,
+    /// Counts of rays and of dropped samples.
+    pub stats: BatchStats,
+    /// Exposure in stops of the `R G B` preview, 0 unless given.
+    pub exposure: Option<f64>,
+    /// The pixels are irradiance instead of radiance.
+    pub irradiance: bool,
+}
+
+/// Which extra channels a file gets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ErrorChannels {
+    /// None.
+    #[default]
+    None,
+    /// Standard errors of luminance and of every bin.
+    All,
+}
+
+/// Writes `film` as a spectral EXR (lossless ZIP), block by block from the film: no second copy of the picture is held. By a temporary file and a rename.
+///
+/// # Errors
+/// [`crate::Error::File`] where the file cannot be written; what was there before stays.
+pub fn write_exr(path: &Path, film: &Film, provenance: &Provenance, errors: ErrorChannels) -> Result<()> {
+    let settings = film.settings();
+    let size = Vec2(settings.width as usize, settings.height as usize);
+    let source = FilmChannels { film, gain: provenance.exposure.unwrap_or(0.0).exp2() / xyz_of_unit(Observer::Cie1931)[1], channels: channels(film, errors) };
+    let encoding = Encoding { compression: Compression::ZIP16, blocks: exr::image::Blocks::ScanLines, line_order: LineOrder::Increasing };
+    let mut layer = LayerAttributes::default();
+    layer.software_name = Some(text(concat!("Abbe ", env!("CARGO_PKG_VERSION"))));
+    layer.other.extend(attributes(film, provenance).into_iter().map(|(name, value)| (text(name), value)));
+    let mut image = Image::from_layer(Layer::new(size, layer, encoding, source));
+    // Without it `R G B` would mean the same (the default is Rec. 709), but not say so.
+    image.attributes.chromaticities = Some(Chromaticities {
+        red: Vec2(0.64, 0.33),
+        green: Vec2(0.3, 0.6),
+        blue: Vec2(0.15, 0.06),
+        white: Vec2(0.3127, 0.329),
+    });
+    replace_file(path, |file| image.write().to_buffered(file))
+}
+
+/// Name of a bin's channel: `S0.390,000000nm`.
+pub fn channel_name(centre_nm: f64) -> String {
+    format!("S0.{}nm", format!("{centre_nm:.6}").replace('.', ","))
+}
+
+fn text(s: &str) -> Text {
+    // EXR text is bytes of Latin-1; anything else is replaced rather than refused, for a scene may have any name.
+    Text::new_or_none(s).unwrap_or_else(|| {
+        let ascii: String = s.chars().map(|c| if c.is_ascii() { c } else { '?' }).collect();
+        Text::from(ascii.as_str())
+    })
+}
+
+fn attributes(film: &Film, p: &Provenance) -> Vec<(&'static str, AttributeValue)> {
+    let string = |s: &str| AttributeValue::Text(text(s));
+    let count = |n: u64| AttributeValue::Text(text(&n.to_string()));
+    let bins = &film.settings().bins;
+    vec![
+        ("spectralLayoutVersion", string("1.0")),
+        ("emissiveUnits", string("W.m^-2.sr^-1")),
+        ("EV", AttributeValue::F32(p.exposure.unwrap_or(0.0) as f32)),
+        ("abbe.version", string(env!("CARGO_PKG_VERSION"))),
+        ("abbe.scene", string(&p.scene)),
+        ("abbe.sceneHash", string(&p.scene_hash)),
+        ("abbe.device", string(&p.device)),
+        ("abbe.quantity", string(if p.irradiance { "irradiance W.m^-2.nm^-1" } else { "radiance W.m^-2.sr^-1.nm^-1" })),
+        ("abbe.range", string(&format!("{} {} nm", bins.min_nm, bins.max_nm))),
+        // Counts outgrow the 32 bits of an EXR integer.
+        ("abbe.seed", count(p.seed)),
+        ("abbe.samples", count(film.samples_per_pixel())),
+        ("abbe.batches", count(u64::from(film.batches()))),
+        ("abbe.seconds", AttributeValue::F64(p.seconds)),
+        ("abbe.rays", count(p.stats.rays)),
+        ("abbe.droppedNotFinite", count(p.stats.dropped_not_finite)),
+        ("abbe.droppedNegative", count(p.stats.dropped_negative)),
+        ("abbe.truncated", count(p.stats.truncated)),
+    ]
+}
+
+/// What a channel of the file shows.
+#[derive(Debug, Clone, Copy)]
+enum Source {
+    Mean(usize),
+    Error(usize),
+    Rgb(usize),
+}
+
+fn channels(film: &Film, errors: ErrorChannels) -> Vec<(String, Source)> {
+    let (bins, settings) = (film.bins(), film.settings());
+    let mut list = vec![
+        ("R".to_string(), Source::Rgb(0)),
+        ("G".to_string(), Source::Rgb(1)),
+        ("B".to_string(), Source::Rgb(2)),
+        ("XYZ.X".to_string(), Source::Mean(bins)),
+        ("XYZ.Y".to_string(), Source::Mean(bins + 1)),
+        ("XYZ.Z".to_string(), Source::Mean(bins + 2)),
+    ];
+    let name = |b: usize| channel_name(settings.bins.centre_nm(b as u32));
+    let error_name = |b: usize| name(b).replacen("S0", "error", 1);
+    list.extend((0..bins).map(|b| (name(b), Source::Mean(b))));
+    if errors == ErrorChannels::All {
+        list.push(("error.Y".to_string(), Source::Error(bins + 1)));
+        list.extend((0..bins).map(|b| (error_name(b), Source::Error(b))));
+    }
+    // The format wants them sorted by their bytes.
+    list.sort_by(|a, b| a.0.cmp(&b.0));
+    list
+}
+
+/// Hands a film's pixels to the EXR writer, block by block.
+struct FilmChannels<'a> {
+    film: &'a Film,
+    gain: f64,
+    channels: Vec<(String, Source)>,
+}
+
+impl FilmChannels<'_> {
+    fn value(&self, pixel: usize, source: Source) -> f32 {
+        match source {
+            Source::Mean(channel) => self.film.pixel(pixel)[channel] as f32,
+            Source::Error(channel) => self.film.standard_error(pixel, channel) as f32,
+            Source::Rgb(c) => (linear_srgb_of_xyz(self.film.xyz(pixel))[c] * self.gain) as f32,
+        }
+    }
+}
+
+impl<'a, 'film: 'a> WritableChannels<'a> for FilmChannels<'film> {
+    type Writer = &'a Self;
+
+    fn infer_channel_list(&self) -> ChannelList {
+        let describe = |name: &String| ChannelDescription::new(text(name), SampleType::F32, false);
+        ChannelList::new(self.channels.iter().map(|(name, _)| describe(name)).collect())
+    }
+
+    fn infer_level_modes(&self) -> (LevelMode, exr::math::RoundingMode) {
+        (LevelMode::Singular, exr::math::RoundingMode::Down)
+    }
+
+    fn create_writer(&'a self, _: &Header) -> Self::Writer {
+        self
+    }
+}
+
+impl ChannelsWriter for &FilmChannels<'_> {
+    fn extract_uncompressed_block(&self, header: &Header, block: BlockIndex) -> Vec<u8> {
+        let width = self.film.settings().width as usize;
+        UncompressedBlock::collect_block_data_from_lines(&header.channels, block, |line| {
+            let at = line.location;
+            let first = at.position.y() * width + at.position.x();
+            let source = self.channels[at.channel].1;
+            for (bytes, pixel) in line.value.chunks_exact_mut(4).zip(first..first + at.sample_count) {
+                bytes.copy_from_slice(&self.value(pixel, source).to_ne_bytes());
+            }
+        })
+    }
+}

@@ -1,0 +1,67 @@
+//! The backward estimator: paths from the sensor that count what light they happen to meet.
+
+use super::intersect::Hit;
+use super::material::Transport;
+use super::rng::Rng;
+use super::sensor::{on_surface, sample_view};
+use super::walk::{Lane, Observer, Path};
+use super::{Stage, finite};
+use crate::render::BatchStats;
+use crate::scene::Sensor;
+
+/// Light met by one path.
+struct Met<'a> {
+    stage: &'a Stage,
+    /// Per bin.
+    radiance: Vec<f64>,
+}
+
+impl Observer for Met<'_> {
+    fn arrived(&mut self, path: &Path, hits: &[Hit]) {
+        for hit in hits {
+            let Some(emission) = &self.stage.scene.shapes[hit.shape].emission else { continue };
+            if emission.two_sided || path.ray.dir.dot(hit.ng) < 0.0 {
+                for lane in &path.lanes {
+                    self.radiance[lane.bin] += lane.beta * emission.radiance.eval(lane.nm);
+                }
+            }
+        }
+    }
+
+    fn escaped(&mut self, path: &Path) {
+        for lane in &path.lanes {
+            self.radiance[lane.bin] += lane.beta * self.stage.environment(path.ray.dir, lane.nm);
+        }
+    }
+}
+
+impl Stage {
+    /// Adds `spp` samples of one pixel to its `sums` (bins, then XYZ).
+    pub(super) fn render_pixel(&self, batch: u32, pixel: usize, spp: u32, sums: &mut [f64]) -> BatchStats {
+        let mut stats = BatchStats::default();
+        for sample in 0..spp {
+            let mut rng = Rng::new(self.seed, batch, pixel as u64 * u64::from(spp) + u64::from(sample));
+            let nm = self.wavelengths(&mut rng);
+            let view = sample_view(&self.scene.sensor, &self.scene.film, pixel, self.world.extent, &mut rng);
+            let lanes = nm.iter().enumerate().map(|(bin, &nm)| Lane { bin, nm, beta: 1.0, etendue: 1.0 }).collect();
+            let inside = self.interiors_of_view(view.ray.origin);
+            let mut met = Met { stage: self, radiance: vec![0.0; nm.len()] };
+            self.walk(Path::new(view.ray, lanes, inside), Transport::Radiance, &mut rng, &mut met, &mut stats);
+            stats.paths += 1;
+            if met.radiance.iter().fold(true, |ok, &l| finite(l, &mut stats) && ok) {
+                for (bin, l) in met.radiance.iter().enumerate() {
+                    self.record(sums, bin, nm[bin], l * view.weight);
+                }
+            }
+        }
+        stats
+    }
+
+    /// The interiors that a view starts in: a camera's are those of its centre.
+    pub(super) fn interiors_of_view(&self, origin: glam::DVec3) -> Vec<usize> {
+        match self.scene.sensor {
+            Sensor::Perspective { .. } => self.interiors_at_eye.clone(),
+            _ => self.interiors_at_beyond(origin, on_surface(origin, self.world.extent)),
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! The forward estimator: paths from the lights, joined to the camera wherever they scatter, or counted where they cross the sensor.
+
+use super::material::Transport;
+use super::medium::Medium;
+use super::rng::Rng;
+use super::sensor::{connect, crossing, on_surface, sample_view, splat};
+use super::walk::{Lane, Observer, Path, Vertex};
+use super::intersect::Ray;
+use super::{Stage, finite};
+use crate::render::BatchStats;
+use crate::scene::Sensor;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Light that arrived at a pixel.
+pub(super) struct Splat {
+    pub pixel: usize,
+    pub bin: usize,
+    pub nm: f64,
+    pub value: f64,
+}
+
+/// What one light path leaves on the film.
+struct Arrived<'a> {
+    stage: &'a Stage,
+    splats: &'a mut Vec<Splat>,
+    dropped: BatchStats,
+}
+
+impl Arrived<'_> {
+    fn add(&mut self, pixel: usize, lane: &Lane, value: f64) {
+        if finite(value, &mut self.dropped) && value > 0.0 {
+            self.splats.push(Splat { pixel, bin: lane.bin, nm: lane.nm, value });
+        }
+    }
+
+    /// Joins a point to the camera; `eval` is the density of flux that leaves it, per wavelength.
+    fn join(&mut self, path: &Path, from: Ray, inside: &dyn Fn(DVec3) -> Vec<usize>, eval: &dyn Fn(DVec3, usize) -> f64, rng: &mut Rng) {
+        let (stage, film) = (self.stage, &self.stage.scene.film);
+        let Some(link) = connect(&stage.scene.sensor, film, from.origin, rng) else { return };
+        let density: Vec<f64> = (0..path.lanes.len()).map(|i| eval(link.dir, i)).collect();
+        let mut pixels = Vec::new();
+        splat(film, link.film, |pixel, weight| pixels.push((pixel, weight)));
+        if pixels.is_empty() || density.iter().all(|&g| g == 0.0) {
+            return;
+        }
+        let ray = Ray { dir: link.dir, ..from };
+        let share = stage.straight(ray, &inside(link.dir), &path.lanes, link.distance, &mut self.dropped);
+        for (lane, (g, share)) in path.lanes.iter().zip(density.iter().zip(share)) {
+            for &(pixel, weight) in &pixels {
+                self.add(pixel, lane, lane.beta * g * share * link.weight * weight);
+            }
+        }
+    }
+}
+
+impl Observer for Arrived<'_> {
+    fn flight(&mut self, path: &Path, medium: &Medium, t: f64) {
+        let stage = self.stage;
+        let Some((at, pixel, per_area)) = crossing(&stage.scene.sensor, &stage.scene.film, &path.ray) else { return };
+        // A sensor may lie on a surface of the scene; it is crossed on the way there, not on the way on.
+        let near = on_surface(path.ray.origin, stage.world.extent);
+        if at > near && at <= t + near {
+            for (lane, weight) in path.lanes.iter().zip(medium.weight_past(at)) {
+                self.add(pixel, lane, lane.beta * weight * per_area);
+            }
+        }
+    }
+
+    fn vertex(&mut self, path: &Path, vertex: &Vertex, rng: &mut Rng, _: &mut BatchStats) {
+        let from = Ray { on: vertex.on.clone(), ..Ray::new(vertex.p, DVec3::Z) };
+        self.join(path, from, &|wo| vertex.inside_towards(wo).to_vec(), &|wo, lane| vertex.eval(wo, lane), rng);
+    }
+}
+
+impl Stage {
+    /// Follows light path number `index` of `batch`; appends what it leaves, in units of the sum over all paths.
+    pub(super) fn render_light_path(&self, batch: u32, index: u64, splats: &mut Vec<Splat>) -> BatchStats {
+        let mut stats = BatchStats { paths: 1, ..BatchStats::default() };
+        let mut rng = Rng::new(self.seed, batch, index);
+        let nm = self.wavelengths(&mut rng);
+        let mut arrived = Arrived { stage: self, splats, dropped: BatchStats::default() };
+        self.see_environment((index % self.pixels() as u64) as usize, &nm, &mut arrived, &mut rng);
+        if let Some(light) = self.emit(&nm, &mut rng) {
+            if let Some(n) = light.normal {
+                let path = &light.path;
+                let eval = |wo: DVec3, _| wo.dot(n).max(0.0) / PI;
+                arrived.join(path, path.ray.clone(), &|_| path.inside.clone(), &eval, &mut rng);
+            }
+            self.walk(light.path, Transport::Flux, &mut rng, &mut arrived, &mut stats);
+        }
+        stats += arrived.dropped;
+        stats
+    }
+
+    /// Light from infinity that a camera sees directly arrives from no point that could be joined to it: one straight look per path instead.
+    fn see_environment(&self, pixel: usize, nm: &[f64], arrived: &mut Arrived, rng: &mut Rng) {
+        if !self.has_environment || !matches!(self.scene.sensor, Sensor::Perspective { .. } | Sensor::Orthographic { .. }) {
+            return;
+        }
+        let view = sample_view(&self.scene.sensor, &self.scene.film, pixel, self.world.extent, rng);
+        let light = |bin: usize| self.environment(view.ray.dir, nm[bin]);
+        let lanes: Vec<Lane> =
+            nm.iter().enumerate().map(|(bin, &nm)| Lane { bin, nm, beta: light(bin), etendue: 1.0 }).collect();
+        let inside = self.interiors_of_view(view.ray.origin);
+        let share = self.straight(view.ray, &inside, &lanes, f64::INFINITY, &mut arrived.dropped);
+        for (lane, share) in lanes.iter().zip(share) {
+            arrived.add(pixel, lane, lane.beta * share * self.pixels() as f64);
+        }
+    }
+}

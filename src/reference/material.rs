@@ -1,0 +1,196 @@
+//! Scattering at a surface for all wavelengths of a path at once.
+
+use super::intersect::Hit;
+use super::walk::Lane;
+use super::rng::Rng;
+use crate::bsdf::conductor::RoughConductor;
+use crate::bsdf::dielectric::RoughDielectric;
+use crate::bsdf::energy::EnergyTable;
+use crate::bsdf::{fresnel, sample_cosine};
+use crate::scene::{Material, Scene};
+use glam::{DMat3, DVec3, dvec3};
+use std::f64::consts::PI;
+
+/// What the path carries: the factors at refractions and at shading normals differ (Veach 1997, sec. 5.2 and 5.3).
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Transport {
+    /// Radiance, towards the light: backward.
+    Radiance,
+    /// Flux, towards the sensor: forward.
+    Flux,
+}
+
+/// A surface's material with its parameters at the wavelengths of a path.
+pub(super) enum Bsdf<'a> {
+    /// Reflectance.
+    Diffuse(Vec<f64>),
+    /// Relative complex index.
+    Conductor { index: Vec<(f64, f64)>, alpha: f64, energy: Option<&'a EnergyTable> },
+    /// Far index over near index.
+    Dielectric { eta: Vec<f64>, alpha: f64, energy: Option<&'a EnergyTable> },
+    /// Relative index of the pane.
+    Thin(Vec<f64>),
+}
+
+/// Light that leaves a surface together.
+pub(super) struct Outgoing {
+    pub wo: DVec3,
+    pub lanes: Vec<Lane>,
+    pub transmitted: bool,
+}
+
+/// A surface point with its material, as seen by a path that came from `wi`.
+pub(super) struct Surface<'a> {
+    pub bsdf: Bsdf<'a>,
+    /// To the world; the third column is the shading normal on the side of `wi`.
+    frame: DMat3,
+    /// Geometric normal on the side of `wi`.
+    ng: DVec3,
+    wi: DVec3,
+    transport: Transport,
+}
+
+impl<'a> Surface<'a> {
+    /// `None` where the shading normal contradicts the geometry: such light is absorbed.
+    pub(super) fn new(bsdf: Bsdf<'a>, hit: &Hit, wi: DVec3, transport: Transport) -> Option<Self> {
+        let side = if wi.dot(hit.ng) < 0.0 { -1.0 } else { 1.0 };
+        let (ng, ns) = (hit.ng * side, hit.ns * side);
+        let (x, y) = ns.any_orthonormal_pair();
+        (wi.dot(ns) > 0.0).then_some(Self { bsdf, frame: DMat3::from_cols(x, y, ns), ng, wi, transport })
+    }
+
+    /// Which side of the geometry `wo` goes to, as a factor: 0 where the shading normal says otherwise, else 1 or for flux Veach's correction.
+    fn correction(&self, wo: DVec3) -> f64 {
+        let (ns, ng) = (self.frame.z_axis, self.ng);
+        if wo.dot(ns) * wo.dot(ng) <= 0.0 {
+            return 0.0;
+        }
+        match self.transport {
+            Transport::Radiance => 1.0,
+            Transport::Flux if ns == ng => 1.0,
+            Transport::Flux => (self.wi.dot(ns) * wo.dot(ng) / (self.wi.dot(ng) * wo.dot(ns))).abs(),
+        }
+    }
+
+    /// Whether `wo` lies beyond the surface.
+    pub(super) fn is_beyond(&self, wo: DVec3) -> bool {
+        wo.dot(self.ng) < 0.0
+    }
+
+    /// Density of scattered flux per solid angle of `wo` for the carried wavelength number `lane`; 0 for mirror-like surfaces.
+    pub(super) fn eval(&self, wo: DVec3, lane: usize) -> f64 {
+        let (wi, local) = (self.local(self.wi), self.local(wo));
+        let g = match &self.bsdf {
+            Bsdf::Diffuse(rho) => rho[lane] * local.z.max(0.0) / PI,
+            Bsdf::Conductor { index, alpha, energy: Some(energy) } => {
+                let (eta, k) = index[lane];
+                RoughConductor { alpha: *alpha, energy }.eval(wi, local, eta, k)
+            }
+            Bsdf::Dielectric { eta, alpha, energy: Some(energy) } => {
+                RoughDielectric { alpha: *alpha, eta: eta[lane], energy }.eval(wi, local)
+            }
+            _ => 0.0,
+        };
+        g * self.correction(wo)
+    }
+
+    fn local(&self, w: DVec3) -> DVec3 {
+        self.frame.transpose() * w
+    }
+
+    /// Scatters the path: nothing if absorbed, several where dispersion parts its wavelengths.
+    pub(super) fn sample(&self, lanes: &[Lane], rng: &mut Rng) -> Vec<Outgoing> {
+        let mut out = self.sample_local(self.local(self.wi), lanes, rng);
+        for o in &mut out {
+            let refracted = o.transmitted && self.transport == Transport::Radiance;
+            o.wo = (self.frame * o.wo).normalize();
+            let correction = self.correction(o.wo);
+            for lane in &mut o.lanes {
+                lane.beta *= correction;
+                if let (true, Bsdf::Dielectric { eta, .. }) = (refracted, &self.bsdf) {
+                    let eta = eta[lanes.iter().position(|l| l.bin == lane.bin).unwrap_or(0)];
+                    lane.beta /= eta * eta;
+                    lane.etendue *= eta * eta;
+                }
+            }
+        }
+        out
+    }
+
+    fn sample_local(&self, wi: DVec3, lanes: &[Lane], rng: &mut Rng) -> Vec<Outgoing> {
+        let one = |wo, transmitted, weight: &dyn Fn(usize) -> f64| {
+            let lanes = lanes.iter().enumerate().map(|(i, l)| l.times(weight(i))).collect();
+            vec![Outgoing { wo, lanes, transmitted }]
+        };
+        match &self.bsdf {
+            Bsdf::Diffuse(rho) => one(sample_cosine(rng.next2()), false, &|i| rho[i]),
+            Bsdf::Conductor { index, energy: None, .. } => {
+                one(fresnel::reflect(wi, DVec3::Z), false, &|i| fresnel::conductor(wi.z, index[i].0, index[i].1))
+            }
+            Bsdf::Conductor { index, alpha, energy: Some(energy) } => {
+                let metal = RoughConductor { alpha: *alpha, energy };
+                let [u0, u1] = rng.next2();
+                metal.sample(wi, [u0, u1, rng.next()]).map_or(vec![], |s| {
+                    one(s.wo, false, &|i| s.weight * metal.reflectance(s.lobe, index[i].0, index[i].1))
+                })
+            }
+            Bsdf::Thin(eta) => {
+                let r: Vec<f64> = eta.iter().map(|&n| fresnel::thin_pane(wi.z, n)).collect();
+                let q = mean(&r);
+                if rng.next() < q {
+                    one(fresnel::reflect(wi, DVec3::Z), false, &|i| r[i] / q)
+                } else {
+                    one(-wi, true, &|i| (1.0 - r[i]) / (1.0 - q))
+                }
+            }
+            Bsdf::Dielectric { eta, energy: None, .. } => {
+                let f: Vec<f64> = eta.iter().map(|&n| fresnel::dielectric(wi.z, n)).collect();
+                let q = mean(&f);
+                if rng.next() < q {
+                    return one(fresnel::reflect(wi, DVec3::Z), false, &|i| f[i] / q);
+                }
+                let through = |i: usize| fresnel::refract_flat(wi, eta[i]).unwrap_or(dvec3(wi.x, wi.y, 0.0));
+                if eta.iter().all(|&n| n == eta[0]) {
+                    return one(through(0), true, &|i| (1.0 - f[i]) / (1.0 - q));
+                }
+                let parted = lanes.iter().enumerate().map(|(i, lane)| {
+                    Outgoing { wo: through(i), lanes: vec![lane.times((1.0 - f[i]) / (1.0 - q))], transmitted: true }
+                });
+                parted.collect()
+            }
+            Bsdf::Dielectric { eta, alpha, energy: Some(energy) } => {
+                let mut scatter = |eta: f64| {
+                    let [u0, u1] = rng.next2();
+                    let [u2, u3] = rng.next2();
+                    RoughDielectric { alpha: *alpha, eta, energy }.sample(wi, [u0, u1, u2, u3])
+                };
+                if eta.iter().all(|&n| n == eta[0]) {
+                    return scatter(eta[0]).map_or(vec![], |(wo, weight)| one(wo, wo.z < 0.0, &|_| weight));
+                }
+                let parted = lanes.iter().zip(eta).filter_map(|(lane, &eta)| {
+                    let (wo, weight) = scatter(eta)?;
+                    Some(Outgoing { wo, lanes: vec![lane.times(weight)], transmitted: wo.z < 0.0 })
+                });
+                parted.collect()
+            }
+        }
+    }
+}
+
+/// How much of a straight ray passes a surface unscattered, per wavelength; dielectrics are not asked here.
+pub(super) fn straight_share(scene: &Scene, material: &Material, cos: f64, nm: f64) -> f64 {
+    match material {
+        Material::Boundary { .. } => 1.0,
+        Material::ThinDielectric { ior } => 1.0 - fresnel::thin_pane(cos, ior.eval(nm)),
+        Material::Mix { a, b, weight } => {
+            let w = weight.eval(nm);
+            let of = |m: usize| straight_share(scene, &scene.materials[m], cos, nm);
+            w * of(*a) + (1.0 - w) * of(*b)
+        }
+        Material::Diffuse { .. } | Material::Dielectric { .. } | Material::Conductor { .. } => 0.0,
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}

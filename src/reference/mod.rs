@@ -1,0 +1,212 @@
+//! The reference: two small, plain estimators in double precision that the GPU is held to, and that `--device reference` renders with.
+//!
+//! [`Estimator::Backward`] follows paths from the sensor and counts the light they meet; it sees lights of non-zero size. [`Estimator::Forward`]
+//! follows light from its source and joins it to the sensor wherever it scatters; it sees diffuse and rough surfaces and fog, and no surface
+//! behind smooth glass or in a mirror. Lights without size are not themselves visible to cameras. Neither weighs one way of finding a path
+//! against another: no multiple importance sampling, no next-event estimation backward, one path at a time.
+//!
+//! A path carries one wavelength in every bin, all displaced alike. Where dispersion parts them it goes on as one path for each. From the
+//! eighth scattering event on it plays Russian roulette with the share of the flux it started with; after `Scene::max_depth` events it is cut,
+//! which [`BatchStats::truncated`] counts. Transport is unpolarised. Light from infinity does not reach into a medium that fills the scene.
+
+mod backward;
+mod bvh;
+mod forward;
+mod interiors;
+mod intersect;
+mod light;
+mod material;
+mod medium;
+mod rng;
+mod sensor;
+mod walk;
+
+pub use interiors::initial_interiors;
+
+use crate::bsdf::energy::EnergyTable;
+use crate::error::{Error, Result};
+use crate::film::Film;
+use crate::render::{BatchStats, Integrator};
+use crate::scene::{Estimator, Light, Material, Scene, Sensor, WavelengthSampling};
+use crate::spectrum::library::{self, Cmf, Observer};
+use bvh::World;
+use glam::DVec3;
+use intersect::Ray;
+use light::Emitters;
+use rayon::prelude::*;
+use rng::Rng;
+
+/// Maximum luminous efficacy, lm / W, that turns watts weighed by the observer into XYZ.
+const K_M: f64 = 683.002;
+
+/// Light paths that one task follows, and tasks whose splats are held before they go to the film.
+const PATHS_PER_TASK: u64 = 1024;
+const TASKS_AT_ONCE: u64 = 64;
+
+/// One of the two plain estimators at work on a scene.
+pub struct ReferenceIntegrator {
+    stage: Stage,
+    estimator: Estimator,
+}
+
+/// The scene made ready for paths.
+struct Stage {
+    scene: Scene,
+    world: World,
+    emitters: Emitters,
+    energy: Vec<Energy>,
+    observer: &'static Cmf,
+    interiors_at_eye: Vec<usize>,
+    has_interiors: bool,
+    has_environment: bool,
+    seed: u64,
+}
+
+/// Energy tables of one roughness.
+struct Energy {
+    alpha: f64,
+    dielectric: EnergyTable,
+    conductor: EnergyTable,
+}
+
+impl ReferenceIntegrator {
+    /// Makes a scene ready. The same `seed` gives the same bits on any number of threads.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if the backward estimator is asked for a scene with lights that have no size, which it cannot see.
+    pub fn new(scene: &Scene, estimator: Estimator, seed: u64) -> Result<Self> {
+        if let (Estimator::Backward, Some(light)) = (estimator, scene.lights.iter().find_map(light::without_size)) {
+            return Err(Error::usage(
+                format!("the backward reference cannot see {light}: no path from the sensor can meet it"),
+                "set \"reference\": \"forward\" in the scene, or give the light a size",
+            ));
+        }
+        let world = World::new(scene);
+        let ball = world.ball_around(&sensor::corners(&scene.sensor));
+        let mut energy: Vec<Energy> = Vec::new();
+        for material in &scene.materials {
+            if let Material::Dielectric { alpha, .. } | Material::Conductor { alpha, .. } = *material
+                && alpha > 0.0
+                && energy.iter().all(|e| e.alpha != alpha)
+            {
+                let (dielectric, conductor) = (EnergyTable::dielectric(alpha), EnergyTable::conductor(alpha));
+                energy.push(Energy { alpha, dielectric, conductor });
+            }
+        }
+        let interiors_at_eye = match scene.sensor {
+            Sensor::Perspective { eye, .. } => interiors::interiors_at(scene, &world, Ray::new(eye, interiors::up()), vec![]),
+            _ => vec![],
+        };
+        let stage = Stage {
+            emitters: Emitters::new(scene, ball),
+            observer: library::observer(Observer::Cie1931),
+            interiors_at_eye,
+            has_interiors: scene.materials.iter().any(|m| interiors::interior_of(m).is_some()),
+            has_environment: scene.lights.iter().any(|l| {
+                light::without_size(l).is_none() && matches!(l, Light::Sun { .. } | Light::Constant { .. } | Light::Image(_))
+            }),
+            scene: scene.clone(),
+            world,
+            energy,
+            seed,
+        };
+        Ok(Self { stage, estimator })
+    }
+}
+
+impl Integrator for ReferenceIntegrator {
+    fn render_batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats> {
+        let stage = &self.stage;
+        let channels = stage.scene.film.bins.count as usize + 3;
+        let mut sums = vec![0.0; stage.pixels() * channels];
+        let stats = match self.estimator {
+            Estimator::Backward => {
+                let pixels = sums.par_chunks_mut(channels).enumerate();
+                pixels.map(|(pixel, sums)| stage.render_pixel(index, pixel, spp, sums)).reduce(BatchStats::default, add)
+            }
+            Estimator::Forward => stage.render_light_paths(index, spp, &mut sums),
+        };
+        film.add_batch_f64(&sums, spp);
+        Ok(stats)
+    }
+}
+
+impl Stage {
+    fn pixels(&self) -> usize {
+        self.scene.film.width as usize * self.scene.film.height as usize
+    }
+
+    /// As many light paths as the film takes samples, their splats added in the order of the paths whatever the threads do.
+    fn render_light_paths(&self, batch: u32, spp: u32, sums: &mut [f64]) -> BatchStats {
+        let channels = self.scene.film.bins.count as usize + 3;
+        let paths = self.pixels() as u64 * u64::from(spp);
+        let tasks = paths.div_ceil(PATHS_PER_TASK);
+        let mut stats = BatchStats::default();
+        for first in (0..tasks).step_by(TASKS_AT_ONCE as usize) {
+            let task = |task: u64| {
+                let (mut splats, mut stats) = (Vec::new(), BatchStats::default());
+                for index in task * PATHS_PER_TASK..((task + 1) * PATHS_PER_TASK).min(paths) {
+                    stats += self.render_light_path(batch, index, &mut splats);
+                }
+                (splats, stats)
+            };
+            let done: Vec<_> = (first..(first + TASKS_AT_ONCE).min(tasks)).into_par_iter().map(task).collect();
+            for (splats, task_stats) in done {
+                stats += task_stats;
+                for s in splats {
+                    // The film divides by the samples of a pixel; each stands for as many paths as there are pixels.
+                    let pixel = &mut sums[s.pixel * channels..(s.pixel + 1) * channels];
+                    self.record(pixel, s.bin, s.nm, s.value / self.pixels() as f64);
+                }
+            }
+        }
+        stats
+    }
+
+    /// One wavelength per bin.
+    fn wavelengths(&self, rng: &mut Rng) -> Vec<f64> {
+        let bins = self.scene.film.bins;
+        let offset = match self.scene.film.sampling {
+            WavelengthSampling::Continuous => rng.next(),
+            WavelengthSampling::Centres => 0.5,
+        };
+        (0..bins.count).map(|i| bins.edge_nm(i) + offset * bins.width_nm()).collect()
+    }
+
+    /// Adds a value at one wavelength to a pixel's sums: its bin, and X, Y, Z.
+    fn record(&self, sums: &mut [f64], bin: usize, nm: f64, value: f64) {
+        let bins = self.scene.film.bins;
+        sums[bin] += value;
+        for (sum, cmf) in sums[bins.count as usize..].iter_mut().zip(self.observer.eval(nm)) {
+            *sum += K_M * bins.width_nm() * cmf * value;
+        }
+    }
+
+    fn energy(&self, alpha: f64) -> Option<&Energy> {
+        self.energy.iter().find(|e| e.alpha == alpha)
+    }
+
+    fn interiors_at(&self, point: DVec3) -> Vec<usize> {
+        self.interiors_at_beyond(point, 0.0)
+    }
+
+    /// The interiors at a point that may lie on a surface: what is nearer than `t_min` does not count.
+    fn interiors_at_beyond(&self, point: DVec3, t_min: f64) -> Vec<usize> {
+        if !self.has_interiors {
+            return vec![];
+        }
+        interiors::interiors_at(&self.scene, &self.world, Ray { t_min, ..Ray::new(point, interiors::up()) }, vec![])
+    }
+}
+
+fn add(mut a: BatchStats, b: BatchStats) -> BatchStats {
+    a += b;
+    a
+}
+
+/// Whether a value may go to the film; if not, it is counted as dropped.
+fn finite(value: f64, stats: &mut BatchStats) -> bool {
+    stats.dropped_not_finite += u64::from(!value.is_finite());
+    stats.dropped_negative += u64::from(value < 0.0 && value.is_finite());
+    value.is_finite() && value >= 0.0
+}

@@ -1,0 +1,94 @@
+//! Files that a scene names: found beside it, kept inside its folder, and read whole within limits.
+
+use super::json::{Node, quoted};
+use crate::error::{Error, Result};
+use std::path::{Component, Path, PathBuf};
+
+/// No file larger than this is read.
+const LARGEST_FILE: u64 = 2 << 30;
+
+/// Where the scene's own files may lie.
+#[derive(Debug, Clone)]
+pub struct Files {
+    /// Folder that relative paths start from.
+    pub base: PathBuf,
+    /// Canonical folder that must not be left, if any.
+    pub fence: Option<PathBuf>,
+}
+
+impl Files {
+    /// Files beside a scene in `base`; outside it only where `allow_outside`.
+    pub fn new(base: &Path, allow_outside: bool) -> Self {
+        let base = if base.as_os_str().is_empty() { Path::new(".") } else { base };
+        // A folder that cannot be resolved stays as it is: then no file in it will be found inside the fence.
+        let fence = (!allow_outside).then(|| base.canonicalize().unwrap_or_else(|_| base.to_path_buf()));
+        Files { base: base.to_path_buf(), fence }
+    }
+
+    /// The same fence, but relative paths start from `folder`.
+    pub fn within(&self, folder: &Path) -> Self {
+        Files { base: folder.to_path_buf(), fence: self.fence.clone() }
+    }
+
+    /// Finds and reads the file that `node` names. Errors: leaves the folder, missing, not a plain file, too large, unreadable.
+    pub fn read(&self, node: &Node) -> Result<(PathBuf, Vec<u8>)> {
+        let name = node.string()?;
+        self.read_name(node, name)
+    }
+
+    /// As [`Files::read`], for a name that `node` only caused.
+    pub fn read_name(&self, node: &Node, name: &str) -> Result<(PathBuf, Vec<u8>)> {
+        let outside = || {
+            node.fail(
+                format!("{} lies outside the scene's folder", quoted(name)),
+                "move it beside the scene, or allow it with --allow-outside",
+            )
+        };
+        let relative = Path::new(name);
+        if self.fence.is_some() && relative.has_root() {
+            return Err(outside());
+        }
+        let path = self.base.join(relative);
+        let canonical = path.canonicalize().map_err(|e| match self.fence {
+            // What is outside is not even said to exist.
+            Some(_) if climbs(relative) => outside(),
+            _ => node.fail(format!("cannot read {}: {e}", quoted(name)), "check the path, which is relative to the file that names it"),
+        })?;
+        if self.fence.as_ref().is_some_and(|fence| !canonical.starts_with(fence)) {
+            return Err(outside());
+        }
+        let bytes = read_plain(&canonical).map_err(|problem| {
+            node.fail(format!("cannot read {}: {problem}", quoted(name)), "name a plain file of less than 2 GiB")
+        })?;
+        Ok((path, bytes))
+    }
+}
+
+/// Does a relative path climb above where it starts, judged by its letters alone?
+fn climbs(path: &Path) -> bool {
+    let mut depth = 0i32;
+    path.components().any(|component| {
+        depth += match component {
+            Component::Normal(_) => 1,
+            Component::ParentDir => -1,
+            _ => 0,
+        };
+        depth < 0
+    })
+}
+
+fn read_plain(path: &Path) -> std::result::Result<Vec<u8>, String> {
+    let about = std::fs::metadata(path).map_err(|e| e.to_string())?;
+    if !about.is_file() {
+        return Err("not a plain file".into()); // a pipe or device could block for ever
+    }
+    if about.len() > LARGEST_FILE {
+        return Err(format!("{} bytes are too many", about.len()));
+    }
+    std::fs::read(path).map_err(|e| e.to_string())
+}
+
+/// Reads the scene file itself.
+pub fn read_scene_file(path: &Path) -> Result<Vec<u8>> {
+    read_plain(path).map_err(|problem| Error::file(path, format!("cannot read the scene: {problem}"), "check the path"))
+}

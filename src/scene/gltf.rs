@@ -1,0 +1,295 @@
+//! glTF 2.0: as a scene by itself, as a part of a scene with its own materials, or as bare geometry.
+
+use super::files::Files;
+use super::gltf_file::{Asset, accessor, item, open};
+use super::gltf_material::{Look, material, photometric};
+use super::json::Node;
+use super::load::{LoadOptions, Loader, film, frame};
+use super::shapes::MOST_TRIANGLES;
+use super::{Geometry, Interior, Light, Mesh, Sensor, Shape, mesh as meshes, transform};
+use crate::error::Result;
+use crate::spectrum::upsample;
+use glam::{DMat3, DMat4, DQuat, DVec3};
+use serde_json::Value;
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Extensions that are honoured, or change nothing here.
+const EXTENSIONS: &[&str] = &[
+    "KHR_lights_punctual",
+    "KHR_materials_dispersion",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_transmission",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+];
+/// Nodes may be nested this deep.
+const DEEPEST_NODE: usize = 100;
+
+/// A glTF file as a scene: with a camera that frames everything where it has none, and daylight from everywhere where it has no light.
+pub(super) fn scene(path: &Path, bytes: &[u8], files: Files, options: &LoadOptions) -> Result<Loader> {
+    let nothing = Value::Null;
+    let place = Node::root(&nothing, path);
+    let film = film(None, &place, options)?;
+    let mut loader = Loader::new(files, film);
+    loader.scene.interiors.push(Interior::vacuum("surroundings"));
+    loader.scene.max_depth = options.max_depth.unwrap_or(64).clamp(1, 100_000);
+    add(&mut loader, path, bytes, DMat4::IDENTITY)?;
+    if loader.scene.shapes.is_empty() {
+        return Err(place.fail("the glTF file has no triangles in its scene", "export it with meshes"));
+    }
+    loader.scene.sensor = match loader.camera.take() {
+        Some(camera) => camera,
+        None => {
+            loader.note("the glTF file has no camera: a default one frames the scene".into());
+            framing(&loader.scene.shapes)
+        }
+    };
+    if loader.scene.lights.is_empty() && loader.scene.shapes.iter().all(|s| s.emission.is_none()) {
+        loader.note("the glTF file has no light: daylight comes from everywhere".into());
+        loader.scene.lights.push(Light::Constant { radiance: upsample::white() });
+    }
+    Ok(loader)
+}
+
+/// Adds the glTF file that `file` names, with its materials, lights and camera, under `world`.
+pub(super) fn include(loader: &mut Loader, file: &Node, world: DMat4) -> Result<()> {
+    let (path, bytes) = loader.reader.files.read(file)?;
+    add(loader, &path, &bytes, world)
+}
+
+/// All triangles of a glTF file's scene as one mesh.
+pub(super) fn mesh(loader: &mut Loader, file: &Node, path: &Path, bytes: &[u8]) -> Result<Mesh> {
+    let files = loader.reader.files.within(path.parent().unwrap_or(Path::new(".")));
+    let asset = open(path, bytes, &files)?;
+    let root = Node::root(&asset.json, path);
+    let mut whole = Mesh::default();
+    let mut smooth = true;
+    for placed in nodes(loader, &root, DMat4::IDENTITY)? {
+        let Some(mesh) = placed.node.get("mesh") else { continue };
+        for primitive in item(&root, "meshes", &mesh)?.need("primitives")?.array(1)? {
+            let Some(part) = triangles(loader, &asset, &root, &primitive)? else { continue };
+            let (part, _) = meshes::place(&part, &placed.world).map_err(|(problem, remedy)| primitive.fail(problem, remedy))?;
+            let first = whole.positions.len() as u32;
+            smooth &= !part.normals.is_empty();
+            if whole.positions.len().max(whole.triangles.len()) > MOST_TRIANGLES {
+                return Err(file.fail(format!("the mesh has more than {MOST_TRIANGLES} triangles"), "use a smaller mesh"));
+            }
+            whole.positions.extend(part.positions);
+            whole.normals.extend(part.normals);
+            whole.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
+        }
+    }
+    if whole.triangles.is_empty() {
+        return Err(file.fail("the glTF file has no triangles in its scene", "export it with meshes"));
+    }
+    if !smooth {
+        whole.normals.clear();
+    }
+    Ok(whole)
+}
+
+fn add(loader: &mut Loader, path: &Path, bytes: &[u8], world: DMat4) -> Result<()> {
+    let files = loader.reader.files.within(path.parent().unwrap_or(Path::new(".")));
+    let asset = open(path, bytes, &files)?;
+    let root = Node::root(&asset.json, path);
+    for extension in root.get("extensionsRequired").map_or(Ok(Vec::new()), |n| n.array(0))? {
+        if !EXTENSIONS.contains(&extension.string()?) {
+            return Err(extension.fail(format!("the extension {:?} is not known", extension.string()?), "export the file without it"));
+        }
+    }
+    for extension in root.get("extensionsUsed").map_or(Ok(Vec::new()), |n| n.array(0))? {
+        if !EXTENSIONS.contains(&extension.string()?) {
+            loader.note(format!("{}: {:?} is ignored", path.display(), extension.string()?));
+        }
+    }
+    for ignored in ["animations", "skins"] {
+        if root.get(ignored).is_some() {
+            loader.note(format!("{}: {ignored} are ignored", path.display()));
+        }
+    }
+    let mut looks: HashMap<Option<u32>, Look> = HashMap::new();
+    for placed in nodes(loader, &root, world)? {
+        if let Some(mesh) = placed.node.get("mesh") {
+            let mesh = item(&root, "meshes", &mesh)?;
+            for primitive in mesh.need("primitives")?.array(1)? {
+                let Some(part) = triangles(loader, &asset, &root, &primitive)? else { continue };
+                let look = look(loader, &root, &primitive, &mut looks)?;
+                let geometry = Geometry::Mesh(Arc::new(part));
+                let (geometry, dropped) =
+                    transform::apply(&placed.world, &geometry).map_err(|(problem, remedy)| primitive.fail(problem, remedy))?;
+                if dropped > 0 {
+                    loader.note(format!("{}: {}: {dropped} triangles of no area were dropped", path.display(), primitive.path));
+                }
+                let name = mesh.get("name").and_then(|n| n.value.as_str()).unwrap_or(&mesh.path);
+                let name = name.chars().filter(|c| !c.is_control()).collect();
+                loader.push(&primitive, Shape { name, geometry, material: look.material, emission: look.emission })?;
+            }
+        }
+        if let Some(camera) = placed.node.get("camera") {
+            let camera = sensor(&item(&root, "cameras", &camera)?, &placed.world)?;
+            loader.camera.get_or_insert(camera);
+        }
+        if let Some(index) = placed.node.get("extensions").and_then(|e| e.get("KHR_lights_punctual")).and_then(|e| e.get("light")) {
+            let list = root.need("extensions")?.need("KHR_lights_punctual")?;
+            let light = light(&item(&list, "lights", &index)?, &placed.world)?;
+            loader.scene.lights.push(light);
+        }
+    }
+    Ok(())
+}
+
+struct Placed<'a> {
+    node: Node<'a>,
+    world: DMat4,
+}
+
+/// The nodes of the default scene with their transforms.
+fn nodes<'a>(loader: &mut Loader, root: &Node<'a>, world: DMat4) -> Result<Vec<Placed<'a>>> {
+    let all = root.get("nodes").map_or(Ok(Vec::new()), |n| n.array(0))?;
+    let Some(scenes) = root.get("scenes") else { return Ok(Vec::new()) };
+    let scene = match root.get("scene") {
+        Some(index) => item(root, "scenes", &index)?,
+        None => scenes.array(1)?.swap_remove(0),
+    };
+    let mut out = Vec::new();
+    let mut seen = vec![false; all.len()];
+    let mut waiting: Vec<(Node, DMat4, usize)> = Vec::new();
+    for index in scene.get("nodes").map_or(Ok(Vec::new()), |n| n.array(0))?.into_iter().rev() {
+        waiting.push((index, world, 0));
+    }
+    while let Some((index, parent, depth)) = waiting.pop() {
+        loader.visit(&index)?;
+        let i = index.integer(0, u32::MAX)? as usize;
+        let (Some(node), Some(seen)) = (all.get(i), seen.get_mut(i)) else {
+            return Err(index.fail(format!("{i} is not among the {} nodes", all.len()), "export the file again"));
+        };
+        if std::mem::replace(seen, true) || depth > DEEPEST_NODE {
+            return Err(index.fail(format!("node {i} is reached twice, or nested too deeply"), "export a tree of nodes"));
+        }
+        let world = parent * local(node)?;
+        for child in node.get("children").map_or(Ok(Vec::new()), |n| n.array(0))?.into_iter().rev() {
+            waiting.push((child, world, depth + 1));
+        }
+        out.push(Placed { node: node.clone(), world });
+    }
+    Ok(out)
+}
+
+fn local(node: &Node) -> Result<DMat4> {
+    if let Some(matrix) = node.get("matrix") {
+        return Ok(DMat4::from_cols_array(&matrix.numbers()?));
+    }
+    let vector = |key, default| node.get(key).map_or(Ok(default), |n| n.numbers().map(DVec3::from_array));
+    let rotation = node.get("rotation").map_or(Ok(DQuat::IDENTITY), |n| n.numbers().map(DQuat::from_array))?;
+    let length = rotation.length();
+    let rotation = if length > 0.0 && length.is_finite() { rotation / length } else { DQuat::IDENTITY };
+    Ok(DMat4::from_scale_rotation_translation(vector("scale", DVec3::ONE)?, rotation, vector("translation", DVec3::ZERO)?))
+}
+
+/// The triangles of a primitive in its own space; none for points and lines.
+fn triangles(loader: &mut Loader, asset: &Asset, root: &Node, primitive: &Node) -> Result<Option<Mesh>> {
+    let mode = primitive.get("mode").map_or(Ok(4), |n| n.integer(0, 6))?;
+    if mode < 4 {
+        loader.note(format!("{}: points and lines are ignored", root.file.display()));
+        return Ok(None);
+    }
+    let attributes = primitive.need("attributes")?;
+    let vectors = |node: &Node| -> Result<Vec<DVec3>> {
+        Ok(accessor::<3>(root, &asset.buffers, node)?.into_iter().map(DVec3::from_array).collect())
+    };
+    let positions = vectors(&attributes.need("POSITION")?)?;
+    let normals = attributes.get("NORMAL").map_or(Ok(Vec::new()), |n| vectors(&n))?;
+    let indices: Vec<u32> = match primitive.get("indices") {
+        Some(node) => accessor::<1>(root, &asset.buffers, &node)?.into_iter().map(|[i]| i as u32).collect(),
+        None => (0..positions.len() as u32).collect(),
+    };
+    let triangles = match mode {
+        4 => indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
+        5 => indices.windows(3).enumerate().map(|(i, t)| if i % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] }).collect(),
+        _ => (2..indices.len()).map(|i| [indices[0], indices[i - 1], indices[i]]).collect(),
+    };
+    if primitive.get("targets").is_some() {
+        loader.note(format!("{}: morph targets are ignored", root.file.display()));
+    }
+    Ok(Some(Mesh { positions, normals, triangles }))
+}
+
+fn look(loader: &mut Loader, root: &Node, primitive: &Node, looks: &mut HashMap<Option<u32>, Look>) -> Result<Look> {
+    let index = primitive.get("material");
+    let key = index.as_ref().map(|n| n.integer(0, u32::MAX)).transpose()?;
+    if let Some(look) = looks.get(&key) {
+        return Ok(look.clone());
+    }
+    let node = index.map(|index| item(root, "materials", &index)).transpose()?;
+    let look = material(loader, node.as_ref())?;
+    looks.insert(key, look.clone());
+    Ok(look)
+}
+
+/// Where a node stands and which way its axes point.
+fn pose(node: &Node, world: &DMat4) -> Result<(DVec3, DMat3)> {
+    let m = DMat3::from_mat4(*world);
+    let frame = frame(m.z_axis, m.y_axis).filter(|f| f.is_finite() && world.w_axis.abs().max_element() <= super::json::LARGEST_LENGTH);
+    let frame = frame.ok_or_else(|| node.fail("its node has a singular transform", "export the file again"))?;
+    Ok((world.w_axis.truncate(), frame))
+}
+
+fn sensor(node: &Node, world: &DMat4) -> Result<Sensor> {
+    let (eye, frame) = pose(node, world)?;
+    if let Some(perspective) = node.get("perspective") {
+        let half = 0.5 * perspective.need("yfov")?.within(1e-6, 3.13)?;
+        return Ok(Sensor::Perspective { eye, frame, tan_half_vfov: half.tan(), lens_radius: 0.0, focus_distance: 1.0 });
+    }
+    let height = 2.0 * node.need("orthographic")?.need("ymag")?.length()?;
+    Ok(Sensor::Orthographic { eye, frame, height })
+}
+
+/// KHR_lights_punctual: candela and lux, along -Z of the node.
+fn light(node: &Node, world: &DMat4) -> Result<Light> {
+    let (position, frame) = pose(node, world)?;
+    let direction = -frame.z_axis;
+    let rgb = node.get("color").map_or(Ok([1.0; 3]), |n| n.numbers())?;
+    let intensity = node.get("intensity").map_or(Ok(1.0), |n| n.within(0.0, 1e15))?;
+    let amount = photometric(node, rgb, intensity)?;
+    let kind = node.need("type")?;
+    Ok(match kind.choice(&["point", "spot", "directional"])? {
+        "point" => Light::Point { position, intensity: amount },
+        "spot" => {
+            let angle = |key, default| node.get("spot").and_then(|s| s.get(key)).map_or(Ok(default), |n| n.within(0.0, 1.571));
+            let (inner, outer) = (angle("innerConeAngle", 0.0)?, angle("outerConeAngle", std::f64::consts::FRAC_PI_4)?);
+            if inner.cos() <= outer.cos() {
+                return Err(node.fail("the inner cone is not inside the outer", "make innerConeAngle smaller than outerConeAngle"));
+            }
+            Light::Spot { position, direction, intensity: amount, cos_inner: inner.cos(), cos_outer: outer.cos() }
+        }
+        _ => Light::Sun { direction, cos_angle: 1.0, irradiance: amount },
+    })
+}
+
+/// A camera of 40 degrees, a little from above and the side, that sees all shapes (which here are meshes).
+fn framing(shapes: &[Shape]) -> Sensor {
+    let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for shape in shapes {
+        if let Geometry::Mesh(mesh) = &shape.geometry {
+            for p in &mesh.positions {
+                lo = lo.min(*p);
+                hi = hi.max(*p);
+            }
+        }
+    }
+    let radius = (0.5 * (hi - lo).length()).max(1e-9);
+    let half = 20f64.to_radians();
+    let backward = DVec3::new(0.4, 0.35, 1.0).normalize();
+    let distance = 1.05 * radius / half.sin();
+    let right = DVec3::Y.cross(backward).normalize();
+    Sensor::Perspective {
+        eye: 0.5 * (lo + hi) + backward * distance,
+        frame: DMat3::from_cols(right, backward.cross(right), backward),
+        tan_half_vfov: half.tan(),
+        lens_radius: 0.0,
+        focus_distance: distance,
+    }
+}

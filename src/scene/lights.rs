@@ -1,0 +1,100 @@
+//! Lights that are not shapes.
+
+use super::json::Node;
+use super::keys::LIGHTS;
+use super::load::Loader;
+use super::units::Source;
+use super::{Light, environment};
+use crate::error::Result;
+use crate::spectrum::Spectrum;
+use std::f64::consts::PI;
+
+impl Loader {
+    /// Reads `lights`.
+    pub(super) fn lights(&mut self, root: &Node) -> Result<()> {
+        let Some(lights) = root.get("lights") else { return Ok(()) };
+        for node in lights.array(0)? {
+            let light = self.light(&node)?;
+            self.scene.lights.push(light);
+        }
+        Ok(())
+    }
+
+    fn light(&mut self, node: &Node) -> Result<Light> {
+        node.object("light")?;
+        let (kind, inner) = node.one_of(LIGHTS)?;
+        inner.object(kind)?;
+        let amount = |key: &str, source| self.reader.light(&inner.need(key)?, source);
+        Ok(match kind {
+            "point" => {
+                Light::Point { position: inner.need("position")?.point()?, intensity: amount("intensity", Source::Point(4.0 * PI))? }
+            }
+            "spot" => {
+                let outer = inner.need("outer_deg")?;
+                let outer_deg = outer.within(1e-3, 90.0)?;
+                let inner_deg = inner.get("inner_deg").map_or(Ok(0.0), |n| n.within(0.0, 90.0))?;
+                let [cos_inner, cos_outer] = [inner_deg, outer_deg].map(|d| d.to_radians().cos());
+                if cos_inner <= cos_outer {
+                    return Err(outer.fail(
+                        format!("the cone ends at {outer_deg} degrees, and is full up to {inner_deg}"),
+                        "give an outer_deg greater than inner_deg",
+                    ));
+                }
+                Light::Spot {
+                    position: inner.need("position")?.point()?,
+                    direction: inner.need("direction")?.direction()?,
+                    intensity: amount("intensity", Source::Point(spot_solid_angle(cos_inner, cos_outer)))?,
+                    cos_inner,
+                    cos_outer,
+                }
+            }
+            "beam" => {
+                let radius = inner.need("radius")?.length()?;
+                Light::Beam {
+                    origin: inner.need("origin")?.point()?,
+                    direction: inner.need("direction")?.direction()?,
+                    radius,
+                    irradiance: amount("irradiance", Source::Beam(PI * radius * radius))?,
+                }
+            }
+            "laser" => {
+                let radius = inner.need("radius")?.length()?;
+                let width_nm = inner.get("width_nm").map_or(Ok(0.1), |n| n.within(1e-3, 1000.0))?;
+                let wavelength = inner.need("wavelength_nm")?;
+                let center_nm = wavelength.within(1.0, 1e5)?;
+                let (lo, hi) = self.reader.range;
+                if center_nm + 0.5 * width_nm <= lo || center_nm - 0.5 * width_nm >= hi {
+                    return Err(wavelength.fail(
+                        format!("the line at {center_nm} nm lies outside the film's {lo} to {hi} nm"),
+                        "widen film.range_nm or choose another line",
+                    ));
+                }
+                let irradiance = inner.need("power_W")?.non_negative()? / (PI * radius * radius);
+                let irradiance = Spectrum::Band { center_nm, width_nm, height: irradiance / width_nm };
+                self.reader.check(&inner, &irradiance, super::spectra::Place::Light)?;
+                Light::Beam {
+                    origin: inner.need("origin")?.point()?,
+                    direction: inner.need("direction")?.direction()?,
+                    radius,
+                    irradiance,
+                }
+            }
+            "sun" => {
+                // The full apparent diameter; the cosine of a half-angle below 1e-8 rad rounds to 1, which means parallel light.
+                let angle = inner.get("angle_deg").map_or(Ok(0.53), |n| n.within(0.0, 179.0))?;
+                Light::Sun {
+                    direction: inner.need("direction")?.direction()?,
+                    cos_angle: (0.5 * angle).to_radians().cos(),
+                    irradiance: amount("irradiance", Source::Distant)?,
+                }
+            }
+            "constant" => Light::Constant { radiance: amount("radiance", Source::Everywhere)? },
+            _ => environment::image(&self.reader, &inner)?,
+        })
+    }
+}
+
+/// Integral of a spot's falloff over directions: the smoothstep between the cosines counts half.
+pub(super) fn spot_solid_angle(cos_inner: f64, cos_outer: f64) -> f64 {
+    2.0 * PI * (1.0 - 0.5 * (cos_inner + cos_outer))
+}

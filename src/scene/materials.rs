@@ -1,0 +1,234 @@
+//! Materials, media and the volumes that dielectrics and boundaries enclose.
+
+use super::json::{Node, quoted, suggest};
+use super::keys::MATERIALS;
+use super::load::Loader;
+use super::spectra::Place;
+use super::{Interior, Material};
+use crate::error::Result;
+use crate::spectrum::{Ior, Spectrum, library};
+use std::collections::HashMap;
+
+/// Mixes of mixes may be this deep.
+const DEEPEST_MIX: usize = 8;
+
+/// A homogeneous medium as a scene names it.
+#[derive(Clone)]
+struct Medium {
+    sigma_a: Spectrum,
+    sigma_s: Spectrum,
+    g: f64,
+}
+
+/// The materials of a scene file in the making.
+pub(super) struct Materials {
+    media: HashMap<String, Medium>,
+}
+
+impl Materials {
+    /// Reads `media`, `surroundings` and `materials` into the loader's scene; `interiors[0]` is what surrounds everything.
+    pub(super) fn read(loader: &mut Loader, root: &Node) -> Result<()> {
+        let mut media = HashMap::new();
+        for (name, node) in root.get("media").map_or(Ok(Vec::new()), |n| n.entries())? {
+            media.insert(name.to_string(), medium(loader, &node)?);
+        }
+        let this = Materials { media };
+        let mut surroundings = Interior::vacuum("surroundings");
+        if let Some(node) = root.get("surroundings") {
+            node.object("surroundings")?;
+            if let Some(ior) = node.get("ior") {
+                surroundings.ior = loader.reader.ior(&ior)?;
+            }
+            if let Some(medium) = node.get("medium") {
+                this.fill(&mut surroundings, &medium)?;
+            }
+        }
+        loader.scene.interiors.push(surroundings);
+
+        let nodes = root.get("materials").map_or(Ok(Vec::new()), |n| n.entries())?;
+        for (index, (name, _)) in nodes.iter().enumerate() {
+            loader.names.insert(name.to_string(), index);
+        }
+        for (name, node) in &nodes {
+            let material = this.material(loader, name, node)?;
+            loader.scene.materials.push(material);
+        }
+        for (index, (_, node)) in nodes.iter().enumerate() {
+            check_mix(&loader.scene.materials, index, 0).map_err(|problem| node.fail(problem, "mix simpler materials"))?;
+        }
+        Ok(())
+    }
+
+    fn fill(&self, interior: &mut Interior, name: &Node) -> Result<()> {
+        let word = name.string()?;
+        let Some(medium) = self.media.get(word) else {
+            let known: Vec<&str> = self.media.keys().map(String::as_str).collect();
+            return Err(name.fail(format!("unknown medium {}", quoted(word)), suggest(word, known)));
+        };
+        interior.sigma_a = sum(interior.sigma_a.clone(), medium.sigma_a.clone(), name)?;
+        interior.sigma_s = medium.sigma_s.clone();
+        interior.g = medium.g;
+        Ok(())
+    }
+
+    fn material(&self, loader: &mut Loader, name: &str, node: &Node) -> Result<Material> {
+        node.object("material")?;
+        let (kind, inner) = node.one_of(MATERIALS)?;
+        inner.object(kind)?;
+        Ok(match kind {
+            "diffuse" => Material::Diffuse { reflectance: loader.reader.spectrum(&inner.need("reflectance")?, Place::Share)? },
+            "dielectric" => {
+                let ior = inner.need("ior")?;
+                let mut interior = Interior { ior: loader.reader.ior(&ior)?, priority: priority(&inner, 1)?, ..Interior::vacuum(name) };
+                note_extrapolation(loader, name, &interior.ior);
+                if let Some(absorption) = inner.get("absorption") {
+                    interior.sigma_a = absorption_of(loader, &absorption, &ior)?;
+                }
+                if let Some(medium) = inner.get("medium") {
+                    self.fill(&mut interior, &medium)?;
+                }
+                loader.scene.interiors.push(interior);
+                Material::Dielectric { interior: loader.scene.interiors.len() - 1, alpha: alpha(&inner)? }
+            }
+            "thin_dielectric" => {
+                let ior = loader.reader.ior(&inner.need("ior")?)?;
+                note_extrapolation(loader, name, &ior);
+                Material::ThinDielectric { ior }
+            }
+            "conductor" => {
+                let (eta, k) = conductor(loader, &inner)?;
+                Material::Conductor { eta, k, alpha: alpha(&inner)? }
+            }
+            "mix" => Material::Mix {
+                a: loader.material_index(&inner.need("a")?)?,
+                b: loader.material_index(&inner.need("b")?)?,
+                weight: loader.reader.spectrum(&inner.need("weight")?, Place::Share)?,
+            },
+            _ => Material::Boundary { interior: self.boundary(loader, name, &inner)? },
+        })
+    }
+
+    fn boundary(&self, loader: &mut Loader, name: &str, node: &Node) -> Result<Option<usize>> {
+        let Some(medium) = node.get("medium") else {
+            if let Some(surplus) = node.get("ior").or(node.get("priority")) {
+                return Err(surplus.fail("a boundary without a medium has no inside", "add \"medium\", or remove this key"));
+            }
+            return Ok(None);
+        };
+        // A boundary does not refract: what lies behind it has the index of what surrounds it, unless the scene knows better.
+        let ior = match node.get("ior") {
+            Some(ior) => loader.reader.ior(&ior)?,
+            None => loader.scene.interiors[0].ior.clone(),
+        };
+        let mut interior = Interior { ior, priority: priority(node, 0)?, ..Interior::vacuum(name) };
+        self.fill(&mut interior, &medium)?;
+        loader.scene.interiors.push(interior);
+        Ok(Some(loader.scene.interiors.len() - 1))
+    }
+}
+
+impl Interior {
+    /// Index 1, nothing in it, lowest priority.
+    pub(super) fn vacuum(name: &str) -> Self {
+        Interior {
+            name: name.chars().filter(|c| !c.is_control()).collect(),
+            ior: Ior::constant(1.0),
+            sigma_a: Spectrum::Constant(0.0),
+            sigma_s: Spectrum::Constant(0.0),
+            g: 0.0,
+            priority: 0,
+        }
+    }
+}
+
+impl Loader {
+    /// The index of the material that `node` names.
+    pub(super) fn material_index(&self, node: &Node) -> Result<usize> {
+        let name = node.string()?;
+        let unknown = || node.fail(format!("unknown material {}", quoted(name)), suggest(name, self.names.keys().map(String::as_str)));
+        self.names.get(name).copied().ok_or_else(unknown)
+    }
+}
+
+fn medium(loader: &Loader, node: &Node) -> Result<Medium> {
+    node.object("medium")?;
+    let coefficient = |key| match node.get(key) {
+        Some(n) => loader.reader.spectrum(&n, Place::Coefficient),
+        None => Ok(Spectrum::Constant(0.0)),
+    };
+    let g = node.get("g").map_or(Ok(0.0), |n| n.within(-0.999, 0.999))?;
+    Ok(Medium { sigma_a: coefficient("sigma_a")?, sigma_s: coefficient("sigma_s")?, g })
+}
+
+/// Glass absorbs by itself or by what is dissolved in it: both together are not one spectrum here.
+fn sum(own: Spectrum, medium: Spectrum, at: &Node) -> Result<Spectrum> {
+    match (own.is_zero(), medium.is_zero()) {
+        (true, _) => Ok(medium),
+        (false, true) => Ok(own),
+        (false, false) => Err(at.fail("both \"absorption\" and the medium's \"sigma_a\" absorb", "keep one of the two")),
+    }
+}
+
+/// `absorption` of a dielectric in m^-1: a spectrum, or `"catalogue"` for what is known of the named glass.
+fn absorption_of(loader: &Loader, node: &Node, ior: &Node) -> Result<Spectrum> {
+    if !node.value.is_string() {
+        return loader.reader.spectrum(node, Place::Coefficient);
+    }
+    node.choice(&["catalogue"])?;
+    let name = ior.get("glass").unwrap_or_else(|| ior.clone());
+    let Some(name) = name.value.as_str() else {
+        return Err(node.fail("the glass has no name to look up", "name the glass, or give the absorption in m^-1"));
+    };
+    let found = library::glass_absorption(name);
+    let spectrum =
+        found.ok_or_else(|| node.fail(format!("no absorption is known of {}", quoted(name)), "give the absorption in m^-1"))?;
+    loader.reader.check(node, &spectrum, Place::Coefficient)?;
+    Ok(spectrum)
+}
+
+fn conductor(loader: &Loader, node: &Node) -> Result<(Spectrum, Spectrum)> {
+    if let Some(metal) = node.get("metal") {
+        if let Some(surplus) = node.get("eta").or(node.get("k")) {
+            return Err(surplus.fail("\"metal\" already gives eta and k", "keep either the name or the numbers"));
+        }
+        let name = metal.string()?;
+        let unknown = || metal.fail(format!("unknown metal {}", quoted(name)), suggest(name, library::metal_names().iter().copied()));
+        return library::metal(name).ok_or_else(unknown);
+    }
+    let missing = |key| node.fail(format!("{key:?} is missing"), "add \"metal\", or \"eta\" and \"k\"");
+    let [eta, k] = ["eta", "k"].map(|key| node.get(key).ok_or_else(|| missing(key)));
+    Ok((loader.reader.spectrum(&eta?, Place::Coefficient)?, loader.reader.spectrum(&k?, Place::Coefficient)?))
+}
+
+/// GGX width: 0 (smooth) or in [0.001, 1].
+fn alpha(node: &Node) -> Result<f64> {
+    let Some(node) = node.get("alpha") else { return Ok(0.0) };
+    let alpha = node.number()?;
+    if alpha == 0.0 || (0.001..=1.0).contains(&alpha) {
+        return Ok(alpha);
+    }
+    Err(node.fail(format!("a roughness of {alpha}"), "use 0 for a smooth surface, or 0.001 to 1"))
+}
+
+fn priority(node: &Node, default: u8) -> Result<u8> {
+    node.get("priority").map_or(Ok(default), |n| Ok(n.integer(0, 255)? as u8))
+}
+
+fn note_extrapolation(loader: &mut Loader, name: &str, ior: &Ior) {
+    let (lo, hi) = loader.reader.range;
+    let (min, max) = ior.range_nm;
+    if ior.extrapolate && (lo < min || hi > max) {
+        loader.note(format!("the index of {} is known from {min} to {max} nm and extrapolated to {lo} to {hi} nm", quoted(name)));
+    }
+}
+
+/// A mix that contains itself, or is nested too deeply, is an error.
+fn check_mix(materials: &[Material], index: usize, depth: usize) -> std::result::Result<(), String> {
+    if depth > DEEPEST_MIX {
+        return Err(format!("mixes contain each other, or are nested more than {DEEPEST_MIX} deep"));
+    }
+    match &materials[index] {
+        Material::Mix { a, b, .. } => [a, b].into_iter().try_for_each(|&part| check_mix(materials, part, depth + 1)),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,93 @@
+//! Triangle meshes: files of three formats into one form, checked and placed in the world.
+
+use super::json::LARGEST_LENGTH;
+use super::transform::Flaw;
+use super::{Geometry, Mesh, obj, ply};
+use glam::{DMat3, DMat4, DVec3};
+use std::f64::consts::PI;
+use std::path::Path;
+
+/// Reads a PLY or OBJ file by its extension.
+pub fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, Flaw> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let mesh = match extension.as_str() {
+        "ply" => ply::read(bytes)?,
+        "obj" => obj::read(bytes)?,
+        _ => return Err((format!("meshes of kind {extension:?} cannot be read"), "use .ply, .obj, .glb or .gltf".into())),
+    };
+    if mesh.triangles.is_empty() {
+        return Err(("the mesh has no triangles".into(), "export it with faces".into()));
+    }
+    Ok(mesh)
+}
+
+/// The mesh in the world: indices and coordinates checked, normals by the inverse transpose, winding turned under mirroring so that outward stays
+/// outward, triangles of no area dropped and counted.
+pub fn place(mesh: &Mesh, m: &DMat4) -> Result<(Mesh, usize), Flaw> {
+    let count = mesh.positions.len();
+    if !mesh.normals.is_empty() && mesh.normals.len() != count {
+        return Err((format!("{} normals for {count} vertices", mesh.normals.len()), "give one normal per vertex".into()));
+    }
+    if let Some(i) = mesh.positions.iter().position(|p| !p.is_finite()) {
+        return Err((format!("vertex {i} is not finite"), "export the mesh again".into()));
+    }
+    if let Some(i) = mesh.triangles.iter().position(|t| t.iter().any(|&v| v as usize >= count)) {
+        return Err((format!("triangle {i} names a vertex that is not among the {count}"), "export the mesh again".into()));
+    }
+    let linear = DMat3::from_mat4(*m);
+    let positions: Vec<DVec3> = mesh.positions.iter().map(|&p| m.transform_point3(p)).collect();
+    // Negated, so that NaN counts as far.
+    if let Some(i) = positions.iter().position(|p| !(p.abs().max_element() <= LARGEST_LENGTH)) {
+        return Err((format!("vertex {i} lies beyond 1e9 m"), "use metres: scale the mesh down".into()));
+    }
+    let mirrored = linear.determinant() < 0.0;
+    let turned = |t: &[u32; 3]| if mirrored { [t[0], t[2], t[1]] } else { *t };
+    let corners = |t: &[u32; 3]| t.map(|v| positions[v as usize]);
+    let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(turned).filter(|t| !is_flat(corners(t))).collect();
+    if triangles.is_empty() {
+        return Err(("no triangle has an area".into(), "use a mesh with faces, and a transform that keeps them".into()));
+    }
+    let dropped = mesh.triangles.len() - triangles.len();
+    let inverse_transpose = linear.inverse().transpose();
+    let normals = mesh.normals.iter().map(|&n| (inverse_transpose * n).normalize_or_zero()).collect();
+    let mut placed = Mesh { positions, normals, triangles };
+    if placed.normals.iter().any(|n| *n == DVec3::ZERO) {
+        let computed = smooth_normals(&placed);
+        for (normal, own) in placed.normals.iter_mut().zip(computed) {
+            if *normal == DVec3::ZERO {
+                *normal = own;
+            }
+        }
+    }
+    Ok((placed, dropped))
+}
+
+/// Has the triangle no area in double precision?
+fn is_flat([a, b, c]: [DVec3; 3]) -> bool {
+    let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
+    (b - a).cross(c - a).length() <= f64::EPSILON * longest
+}
+
+/// Unit normals per vertex, the mean of the adjacent faces by area; for a vertex without faces or where they cancel, +Y.
+pub fn smooth_normals(mesh: &Mesh) -> Vec<DVec3> {
+    let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
+    for t in &mesh.triangles {
+        let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+        let area = (b - a).cross(c - a);
+        t.iter().for_each(|&v| sums[v as usize] += area);
+    }
+    sums.into_iter().map(|n| n.normalize_or(DVec3::Y)).collect()
+}
+
+/// Surface area of one side, m^2.
+pub fn area(geometry: &Geometry) -> f64 {
+    match geometry {
+        Geometry::Sphere { radius, .. } => 4.0 * PI * radius * radius,
+        Geometry::Disc { radius, .. } => PI * radius * radius,
+        Geometry::Cylinder { length, radius, .. } => 2.0 * PI * radius * length,
+        Geometry::Mesh(mesh) => {
+            let corners = mesh.triangles.iter().map(|t| t.map(|v| mesh.positions[v as usize]));
+            corners.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum()
+        }
+    }
+}

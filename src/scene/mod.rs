@@ -1,0 +1,380 @@
+//! The scene as every later stage sees it: resolved, in double precision, in world space.
+//!
+//! A scene file is parsed by [`load`] into a [`Scene`]; nothing after that reads JSON, meshes or spectra files. Both integrators (the GPU's
+//! and [`crate::reference`]) take this type and nothing else. Lengths are metres, right-handed, Y up; radiance is W m^-2 sr^-1 nm^-1.
+
+mod environment;
+mod files;
+mod gltf;
+mod gltf_file;
+mod gltf_material;
+mod json;
+pub mod keys;
+mod lights;
+mod load;
+mod materials;
+mod mesh;
+mod obj;
+mod ply;
+mod shapes;
+mod spectra;
+mod transform;
+mod units;
+
+pub use load::{LoadOptions, load, load_str};
+
+use crate::spectrum::{Ior, Spectrum};
+use glam::{DMat3, DVec3};
+use std::sync::Arc;
+
+/// A complete scene.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// Its name, for messages and file headers.
+    pub name: String,
+    /// Resolution, wavelength bins and filter.
+    pub film: FilmSettings,
+    /// What measures the light.
+    pub sensor: Sensor,
+    /// Materials; shapes and mixes refer to them by index.
+    pub materials: Vec<Material>,
+    /// Volumes with an index and a medium; `interiors[0]` surrounds the scene.
+    pub interiors: Vec<Interior>,
+    /// Geometry, flattened: every instance is its own shape in world space.
+    pub shapes: Vec<Shape>,
+    /// Lights that are not shapes.
+    pub lights: Vec<Light>,
+    /// The greatest number of scattering events on a path.
+    pub max_depth: u32,
+    /// Which plain estimator this scene's GPU render is held to.
+    pub reference: Estimator,
+    /// What the loader wants the user to know (ignored glTF features, extrapolated glass, ...), one line each.
+    pub notes: Vec<String>,
+}
+
+/// One of the two plain double-precision estimators of [`crate::reference`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Estimator {
+    /// From the sensor towards the lights; sees lights of non-zero size only.
+    Backward,
+    /// From the lights to the sensor; sees diffuse surfaces and fog only.
+    Forward,
+}
+
+/// Resolution, wavelength bins and reconstruction filter of the film.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FilmSettings {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// The wavelength bins.
+    pub bins: Bins,
+    /// Pixel filter, in pixels.
+    pub filter: Filter,
+    /// Where in its stratum a path's wavelengths lie.
+    pub sampling: WavelengthSampling,
+    /// Exposure of the preview picture in stops; `None` chooses it from the picture.
+    pub exposure: Option<f64>,
+}
+
+/// `count` equal wavelength bins over `[min_nm, max_nm]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bins {
+    /// Lower end, nm.
+    pub min_nm: f64,
+    /// Upper end, nm.
+    pub max_nm: f64,
+    /// Number of bins, 1 to 400.
+    pub count: u32,
+}
+
+impl Bins {
+    /// Width of one bin, nm.
+    pub fn width_nm(&self) -> f64 {
+        (self.max_nm - self.min_nm) / f64::from(self.count)
+    }
+
+    /// Lower edge of bin `i` (`i = count` gives the upper end of the range), nm.
+    pub fn edge_nm(&self, i: u32) -> f64 {
+        self.min_nm + (self.max_nm - self.min_nm) * f64::from(i) / f64::from(self.count)
+    }
+
+    /// Centre of bin `i`, nm.
+    pub fn centre_nm(&self, i: u32) -> f64 {
+        self.min_nm + (self.max_nm - self.min_nm) * (f64::from(i) + 0.5) / f64::from(self.count)
+    }
+
+    /// The bin that holds `nm`, clamped to the range.
+    pub fn index_of(&self, nm: f64) -> u32 {
+        let x = (nm - self.min_nm) / (self.max_nm - self.min_nm) * f64::from(self.count);
+        (x.max(0.0) as u32).min(self.count - 1)
+    }
+}
+
+/// Pixel reconstruction filter; lengths in pixels. All are non-negative and sampled by importance, so a sample belongs to one pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Filter {
+    /// One over the pixel's square.
+    Box,
+    /// A tent of the given radius.
+    Tent {
+        /// Where it reaches zero.
+        radius: f64,
+    },
+    /// A Gaussian cut off at three standard deviations.
+    Gaussian {
+        /// Standard deviation.
+        sigma: f64,
+    },
+}
+
+/// Where in its stratum a path's wavelengths lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WavelengthSampling {
+    /// Anywhere: continuous in wavelength.
+    Continuous,
+    /// At the centres of the strata, for comparison with renderers that know only fixed wavelengths.
+    Centres,
+}
+
+/// What measures the light. Image rows run downwards, columns to the right.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Sensor {
+    /// A pinhole or thin-lens camera; pixels are radiance.
+    Perspective {
+        /// Centre of the lens.
+        eye: DVec3,
+        /// Columns right, up, backward (camera looks along `-z`), orthonormal.
+        frame: DMat3,
+        /// Tangent of half the full vertical field of view; pixels are square.
+        tan_half_vfov: f64,
+        /// Radius of the thin lens, 0 for a pinhole.
+        lens_radius: f64,
+        /// Distance of the plane in focus along the view axis.
+        focus_distance: f64,
+    },
+    /// Parallel view rays; pixels are radiance.
+    Orthographic {
+        /// Centre of the view rectangle, where rays start.
+        eye: DVec3,
+        /// Columns right, up, backward, orthonormal.
+        frame: DMat3,
+        /// Height of the view rectangle; pixels are square.
+        height: f64,
+    },
+    /// Irradiance on the front of a rectangle, W m^-2 nm^-1; light passes through it. Row 0 lies at `origin + edge_v`, column 0 at `origin`.
+    IrradiancePlane {
+        /// Corner.
+        origin: DVec3,
+        /// Edge along columns (left to right).
+        edge_u: DVec3,
+        /// Edge along rows (bottom to top). `edge_u x edge_v` points to the front, where light arrives from.
+        edge_v: DVec3,
+    },
+    /// Irradiance on the outside of a sphere, W m^-2 nm^-1; light passes through it. Columns are azimuth about +Y from +X towards -Z over 2 pi,
+    /// rows are equal steps of `y` from top (+1) to bottom (-1), so that all pixels have equal area.
+    IrradianceSphere {
+        /// Centre.
+        center: DVec3,
+        /// Radius.
+        radius: f64,
+    },
+}
+
+/// What a surface does to light.
+#[derive(Debug, Clone)]
+pub enum Material {
+    /// Lambertian, on both sides.
+    Diffuse {
+        /// Reflectance in [0, 1].
+        reflectance: Spectrum,
+    },
+    /// The boundary of a transparent solid; smooth for `alpha = 0`, else GGX with energy compensation ([`crate::bsdf`]).
+    Dielectric {
+        /// What is behind the surface (on the side its normal points away from): an index into `Scene::interiors`.
+        interior: usize,
+        /// GGX width, 0 or in [0.001, 1].
+        alpha: f64,
+    },
+    /// A thin pane seen as one surface: reflection 2R/(1+R) with all inner bounces, the rest straight through.
+    ThinDielectric {
+        /// Index of the pane relative to the surroundings.
+        ior: Ior,
+    },
+    /// Metal with complex index `eta + i k`; smooth for `alpha = 0`, else GGX with energy compensation. Reflects on both sides.
+    Conductor {
+        /// Real part.
+        eta: Spectrum,
+        /// Imaginary part.
+        k: Spectrum,
+        /// GGX width, 0 or in [0.001, 1].
+        alpha: f64,
+    },
+    /// `weight` of `a` and `1 - weight` of `b`.
+    Mix {
+        /// Index of the first material.
+        a: usize,
+        /// Index of the second material.
+        b: usize,
+        /// Share of `a`, in [0, 1].
+        weight: Spectrum,
+    },
+    /// No surface at all: light goes straight through, into or out of the interior where there is one.
+    Boundary {
+        /// Index into `Scene::interiors`, if crossing it changes the medium.
+        interior: Option<usize>,
+    },
+}
+
+/// A volume: index of refraction and homogeneous participating medium. Where volumes overlap the greatest `(priority, index)` rules.
+#[derive(Debug, Clone)]
+pub struct Interior {
+    /// For messages.
+    pub name: String,
+    /// Index of refraction.
+    pub ior: Ior,
+    /// Absorption coefficient, m^-1.
+    pub sigma_a: Spectrum,
+    /// Scattering coefficient, m^-1.
+    pub sigma_s: Spectrum,
+    /// Henyey-Greenstein asymmetry in (-1, 1), positive forward.
+    pub g: f64,
+    /// Rank where volumes overlap (0 to 255).
+    pub priority: u8,
+}
+
+/// Geometry with a material, and perhaps emission.
+#[derive(Debug, Clone)]
+pub struct Shape {
+    /// For messages.
+    pub name: String,
+    /// World-space geometry.
+    pub geometry: Geometry,
+    /// Index into `Scene::materials`.
+    pub material: usize,
+    /// Emitted light, if any.
+    pub emission: Option<Emission>,
+}
+
+/// Diffuse emission of a surface.
+#[derive(Debug, Clone)]
+pub struct Emission {
+    /// Radiance, W m^-2 sr^-1 nm^-1.
+    pub radiance: Spectrum,
+    /// Emits on both sides instead of along the outward normal only.
+    pub two_sided: bool,
+}
+
+/// World-space geometry. The outward normal of a triangle is the right-hand one of its vertex order.
+#[derive(Debug, Clone)]
+pub enum Geometry {
+    /// A triangle mesh.
+    Mesh(Arc<Mesh>),
+    /// A sphere.
+    Sphere {
+        /// Centre.
+        center: DVec3,
+        /// Radius > 0.
+        radius: f64,
+    },
+    /// A flat disc.
+    Disc {
+        /// Centre.
+        center: DVec3,
+        /// Unit normal.
+        normal: DVec3,
+        /// Radius > 0.
+        radius: f64,
+    },
+    /// The lateral surface of a cylinder, normal away from the axis; caps are discs.
+    Cylinder {
+        /// Centre of the base.
+        base: DVec3,
+        /// Unit axis from base to top.
+        axis: DVec3,
+        /// Length along the axis > 0.
+        length: f64,
+        /// Radius > 0.
+        radius: f64,
+    },
+}
+
+/// Triangles in world space.
+#[derive(Debug, Clone, Default)]
+pub struct Mesh {
+    /// Vertex positions.
+    pub positions: Vec<DVec3>,
+    /// Unit shading normals per vertex, or empty for a faceted mesh.
+    pub normals: Vec<DVec3>,
+    /// Vertex indices of each triangle.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Lights that are not shapes. Directions are unit vectors along which light travels.
+#[derive(Debug, Clone)]
+pub enum Light {
+    /// Isotropic point.
+    Point {
+        /// Where.
+        position: DVec3,
+        /// W sr^-1 nm^-1.
+        intensity: Spectrum,
+    },
+    /// Point with a cone; intensity falls smoothly (smoothstep in the cosine) from the inner to the outer cosine.
+    Spot {
+        /// Where.
+        position: DVec3,
+        /// Axis.
+        direction: DVec3,
+        /// On-axis intensity, W sr^-1 nm^-1.
+        intensity: Spectrum,
+        /// Cosine up to which intensity is full.
+        cos_inner: f64,
+        /// Cosine beyond which it is zero; less than `cos_inner`.
+        cos_outer: f64,
+    },
+    /// Parallel light of circular cross-section that starts at a disc; a laser is a narrow one with a line spectrum.
+    Beam {
+        /// Centre of the starting disc.
+        origin: DVec3,
+        /// Direction of travel.
+        direction: DVec3,
+        /// Radius of the beam > 0.
+        radius: f64,
+        /// Irradiance on a plane across the beam, W m^-2 nm^-1.
+        irradiance: Spectrum,
+    },
+    /// A distant disc; `cos_angle = 1` for parallel light from infinity.
+    Sun {
+        /// Direction of travel of the light from its centre.
+        direction: DVec3,
+        /// Cosine of its angular radius.
+        cos_angle: f64,
+        /// Irradiance on a plane facing it, W m^-2 nm^-1.
+        irradiance: Spectrum,
+    },
+    /// Uniform light from all directions.
+    Constant {
+        /// W m^-2 sr^-1 nm^-1.
+        radiance: Spectrum,
+    },
+    /// Light from a latitude-longitude picture.
+    Image(Arc<EnvironmentMap>),
+}
+
+/// A latitude-longitude picture of radiance. Row 0 is +Y; column 0 is centred half a texel past +X and columns run towards +Z
+/// (u = atan2(z, x) / 2 pi, v = acos(y) / pi) in the frame `to_local`. Texels are constant (no interpolation).
+#[derive(Debug, Clone)]
+pub struct EnvironmentMap {
+    /// Texels around.
+    pub width: u32,
+    /// Texels from pole to pole.
+    pub height: u32,
+    /// Per texel: sigmoid-polynomial coefficients c0, c1, c2 (as [`Spectrum::Sigmoid`]) and a scale.
+    pub texels: Vec<[f32; 4]>,
+    /// What the upsampled colours are multiplied by ([`crate::spectrum::upsample::white`]).
+    pub illuminant: Spectrum,
+    /// World to picture rotation.
+    pub to_local: DMat3,
+}

@@ -1,0 +1,263 @@
+//! Shapes: geometry, material, emission and transform; groups of them, and instances of groups.
+
+use super::json::{Node, quoted, suggest};
+use super::keys::GEOMETRIES;
+use super::load::{Loader, edges};
+use super::units::Source;
+use super::{Emission, Geometry, Material, Mesh, Shape, gltf, mesh, transform};
+use crate::error::Result;
+use crate::spectrum::Spectrum;
+use glam::{DMat4, DVec3};
+use std::sync::Arc;
+
+/// Instances of groups may be nested this deep.
+const DEEPEST_INSTANCE: usize = 16;
+/// Shapes, instances and glTF nodes that are visited at most.
+const MOST_VISITS: u32 = 1_000_000;
+/// Triangles of the whole scene at most, all instances counted.
+pub(super) const MOST_TRIANGLES: usize = 20_000_000;
+
+impl Loader {
+    /// Reads `shapes`, with `groups` to take instances from.
+    pub(super) fn shapes(&mut self, root: &Node) -> Result<()> {
+        let groups = root.get("groups").map_or(Ok(Vec::new()), |n| n.entries())?;
+        for (_, group) in &groups {
+            group.array(1)?;
+        }
+        if let Some(shapes) = root.get("shapes") {
+            for node in shapes.array(0)? {
+                self.shape(&node, &groups, DMat4::IDENTITY, 0)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Counts a visit, so that no scene makes the loader run for ever.
+    pub(super) fn visit(&mut self, node: &Node) -> Result<()> {
+        self.visits += 1;
+        if self.visits > MOST_VISITS {
+            return Err(node.fail(format!("the scene has more than {MOST_VISITS} shapes"), "use fewer instances, or merge meshes"));
+        }
+        Ok(())
+    }
+
+    fn shape(&mut self, node: &Node, groups: &[(&str, Node)], parent: DMat4, depth: usize) -> Result<()> {
+        self.visit(node)?;
+        node.object("shape")?;
+        let (kind, inner) = node.one_of(GEOMETRIES)?;
+        let world = match node.get("transform") {
+            Some(t) => parent * transform::parse(&t)?,
+            None => parent,
+        };
+        if kind == "instance" || kind == "gltf" {
+            if let Some(surplus) = node.get("material").or(node.get("emission")) {
+                return Err(surplus.fail(format!("{kind:?} brings its own materials"), "remove this key"));
+            }
+        }
+        match kind {
+            "instance" => {
+                let name = inner.string()?;
+                let Some((_, group)) = groups.iter().find(|(n, _)| *n == name) else {
+                    return Err(inner.fail(format!("unknown group {}", quoted(name)), suggest(name, groups.iter().map(|(n, _)| *n))));
+                };
+                if depth == DEEPEST_INSTANCE {
+                    return Err(inner.fail("groups contain each other, or are nested too deeply", "break the circle"));
+                }
+                group.array(1)?.iter().try_for_each(|member| self.shape(member, groups, world, depth + 1))
+            }
+            "gltf" => {
+                inner.object("gltf")?;
+                gltf::include(self, &inner.need("file")?, world)
+            }
+            _ => self.solid(node, kind, &inner, &world),
+        }
+    }
+
+    fn solid(&mut self, node: &Node, kind: &str, inner: &Node, world: &DMat4) -> Result<()> {
+        inner.object(kind)?;
+        let mut parts = Vec::new();
+        for part in self.geometry(kind, inner)? {
+            let (placed, dropped) = transform::apply(world, &part).map_err(|(problem, remedy)| inner.fail(problem, remedy))?;
+            if dropped > 0 {
+                self.note(format!("{}: {dropped} triangles of no area were dropped", inner.path));
+            }
+            parts.push(placed);
+        }
+        let default_name = node.path.trim_start_matches("$.").to_string();
+        let name = node.get("name").map_or(Ok(default_name), |n| n.string().map(|s| s.chars().filter(|c| !c.is_control()).collect()))?;
+        let emission = node.get("emission").map(|e| self.emission(&e, &parts)).transpose()?;
+        let material = match node.get("material") {
+            Some(material) => self.material_index(&material)?,
+            // A lamp that says nothing else reflects nothing.
+            None if emission.is_some() => self.black(),
+            None => return Err(node.fail("\"material\" is missing", "add \"material\" (or \"emission\", for a lamp)")),
+        };
+        for geometry in parts {
+            self.push(node, Shape { name: name.clone(), geometry, material, emission: emission.clone() })?;
+        }
+        Ok(())
+    }
+
+    /// Adds a shape to the scene.
+    pub(super) fn push(&mut self, node: &Node, shape: Shape) -> Result<()> {
+        if let Geometry::Mesh(mesh) = &shape.geometry {
+            self.triangles += mesh.triangles.len();
+            if self.triangles > MOST_TRIANGLES {
+                return Err(node.fail(format!("the scene has more than {MOST_TRIANGLES} triangles"), "use smaller meshes or fewer instances"));
+            }
+        }
+        self.scene.shapes.push(shape);
+        Ok(())
+    }
+
+    /// The material that reflects nothing.
+    pub(super) fn black(&mut self) -> usize {
+        *self.black.get_or_insert_with(|| {
+            self.scene.materials.push(Material::Diffuse { reflectance: Spectrum::Constant(0.0) });
+            self.scene.materials.len() - 1
+        })
+    }
+
+    fn emission(&self, node: &Node, parts: &[Geometry]) -> Result<Emission> {
+        node.object("emission")?;
+        let two_sided = node.get("two_sided").map_or(Ok(false), |n| n.boolean())?;
+        let area: f64 = parts.iter().map(mesh::area).sum();
+        let sides = if two_sided { 2.0 } else { 1.0 };
+        Ok(Emission { radiance: self.reader.light(&node.need("radiance")?, Source::Surface(sides * area))?, two_sided })
+    }
+
+    fn geometry(&mut self, kind: &str, node: &Node) -> Result<Vec<Geometry>> {
+        Ok(vec![match kind {
+            "sphere" => Geometry::Sphere { center: node.need("center")?.point()?, radius: node.need("radius")?.length()? },
+            "disc" => Geometry::Disc {
+                center: node.need("center")?.point()?,
+                normal: node.need("normal")?.direction()?,
+                radius: node.need("radius")?.length()?,
+            },
+            "cylinder" => return cylinder(node),
+            "quad" => quad(node)?,
+            "box" => cuboid(node)?,
+            "prism" => prism(node)?,
+            _ => Geometry::Mesh(self.mesh_file(node)?),
+        }])
+    }
+
+    fn mesh_file(&mut self, node: &Node) -> Result<Arc<Mesh>> {
+        let file = node.need("file")?;
+        let smooth = node.get("smooth").map(|n| n.boolean()).transpose()?;
+        let key = (self.reader.files.base.join(file.string()?), smooth);
+        if let Some(known) = self.meshes.get(&key) {
+            return Ok(known.clone());
+        }
+        let (path, bytes) = self.reader.files.read(&file)?;
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let mut mesh = if extension == "glb" || extension == "gltf" {
+            gltf::mesh(self, &file, &path, &bytes)?
+        } else {
+            let name = quoted(file.string()?);
+            mesh::read(&path, &bytes).map_err(|(problem, remedy)| file.fail(format!("{name}: {problem}"), remedy))?
+        };
+        match smooth {
+            Some(false) => mesh.normals.clear(),
+            Some(true) if mesh.normals.is_empty() => {
+                // Checked here, as normals need positions that are there.
+                let (checked, _) = mesh::place(&mesh, &DMat4::IDENTITY).map_err(|(problem, remedy)| file.fail(problem, remedy))?;
+                mesh.normals = mesh::smooth_normals(&checked);
+            }
+            _ => {}
+        }
+        let mesh = Arc::new(mesh);
+        self.meshes.insert(key, mesh.clone());
+        Ok(mesh)
+    }
+}
+
+fn polyhedron(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Geometry {
+    Geometry::Mesh(Arc::new(Mesh { positions, normals: Vec::new(), triangles }))
+}
+
+/// A parallelogram; its normal is `edge_u x edge_v`.
+fn quad(node: &Node) -> Result<Geometry> {
+    let corner = node.need("corner")?.point()?;
+    let (u, v) = edges(node)?;
+    Ok(polyhedron(vec![corner, corner + u, corner + u + v, corner + v], vec![[0, 1, 2], [0, 2, 3]]))
+}
+
+/// An axis-parallel box, normals outwards.
+fn cuboid(node: &Node) -> Result<Geometry> {
+    let (min, max) = (node.need("min")?.point()?, node.need("max")?.point()?);
+    if !min.cmplt(max).all() {
+        return Err(node.fail("min is not below max in every coordinate", "give opposite corners, the lower one as \"min\""));
+    }
+    let pick = |bit: u32, low: f64, high: f64, i: u32| if i >> bit & 1 == 1 { high } else { low };
+    let corner = |i| DVec3::new(pick(0, min.x, max.x, i), pick(1, min.y, max.y, i), pick(2, min.z, max.z, i));
+    let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let triangles = faces.iter().flat_map(|f| [[f[0], f[1], f[2]], [f[0], f[2], f[3]]]).collect();
+    Ok(polyhedron((0..8).map(corner).collect(), triangles))
+}
+
+/// A convex polygon in x and y, drawn out along z to `length`, centred on z = 0; normals outwards.
+fn prism(node: &Node) -> Result<Geometry> {
+    let polygon = node.need("polygon")?;
+    let mut points: Vec<[f64; 2]> = polygon.array(3)?.iter().map(|n| n.numbers()).collect::<Result<_>>()?;
+    let half = 0.5 * node.need("length")?.length()?;
+    let n = points.len();
+    let turn = |p: &[[f64; 2]], i: usize| {
+        let [a, b, c] = [p[i], p[(i + 1) % n], p[(i + 2) % n]];
+        (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+    };
+    let signs: Vec<f64> = (0..n).map(|i| turn(&points, i)).collect();
+    let right_round = signs.iter().all(|&s| s > 0.0);
+    if !right_round && !signs.iter().all(|&s| s < 0.0) || !winds_once(&points) {
+        return Err(polygon.fail("the polygon is not convex", "list the corners of a convex polygon in order, each once"));
+    }
+    if !right_round {
+        points.reverse();
+    }
+    let at = |z: f64| points.iter().map(move |p| DVec3::new(p[0], p[1], z));
+    let positions: Vec<DVec3> = at(half).chain(at(-half)).collect();
+    let m = n as u32;
+    let mut triangles = Vec::new();
+    for i in 2..m {
+        triangles.push([0, i - 1, i]); // front, seen from +z
+        triangles.push([m, m + i, m + i - 1]); // back
+    }
+    for i in 0..m {
+        let j = (i + 1) % m;
+        triangles.push([i, m + i, m + j]);
+        triangles.push([i, m + j, j]);
+    }
+    Ok(polyhedron(positions, triangles))
+}
+
+/// Does a polygon whose turns have one sign go round once (a pentagram goes twice)?
+fn winds_once(points: &[[f64; 2]]) -> bool {
+    let n = points.len();
+    let heading = |i: usize| {
+        let (a, b) = (points[i % n], points[(i + 1) % n]);
+        (b[1] - a[1]).atan2(b[0] - a[0])
+    };
+    let turned: f64 = (0..n)
+        .map(|i| {
+            let d = (heading(i + 1) - heading(i)).rem_euclid(std::f64::consts::TAU);
+            if d > std::f64::consts::PI { d - std::f64::consts::TAU } else { d }
+        })
+        .sum();
+    (turned.abs() - std::f64::consts::TAU).abs() < 1.0
+}
+
+fn cylinder(node: &Node) -> Result<Vec<Geometry>> {
+    let (base, top) = (node.need("base")?.point()?, node.need("top")?.point()?);
+    let radius = node.need("radius")?.length()?;
+    let length = (top - base).length();
+    if !(length >= 1e-12) {
+        return Err(node.fail("base and top coincide", "move them apart"));
+    }
+    let axis = (top - base) / length;
+    let mut parts = vec![Geometry::Cylinder { base, axis, length, radius }];
+    if node.get("capped").map_or(Ok(false), |n| n.boolean())? {
+        parts.push(Geometry::Disc { center: base, normal: -axis, radius });
+        parts.push(Geometry::Disc { center: top, normal: axis, radius });
+    }
+    Ok(parts)
+}

@@ -1,0 +1,294 @@
+//! The measured data of `spectra/`, compiled into the program: glasses, metals, illuminants, reflectances and observers by name.
+//!
+//! Every file opens with `#` lines that say its source, licence, units and range. Below stand blocks, each begun by `name NAME`: lines that
+//! start with a number are rows of a table; in glasses, `also NAME` is another name, `range LO HI` nm, `formula WORD NUMBERS...` as
+//! [`Formula`] has them, `n NM N` and `k NM K` table rows. Names are looked up without regard to case.
+
+use super::ior::{Formula, Ior};
+use super::Spectrum;
+use include_dir::{Dir, DirEntry, include_dir};
+use std::collections::HashMap;
+use std::f64::consts::PI;
+use std::sync::OnceLock;
+
+static FILES: Dir = include_dir!("$CARGO_MANIFEST_DIR/spectra");
+
+/// A standard observer of the CIE.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Observer {
+    /// 1931, 2 degrees.
+    Cie1931,
+    /// 1964, 10 degrees.
+    Cie1964,
+}
+
+/// Colour-matching functions, linear between points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cmf {
+    /// Wavelengths, nm: 360 to 830 in steps of 1.
+    pub nm: Vec<f64>,
+    /// x, y and z bar at each.
+    pub xyz: Vec<[f64; 3]>,
+}
+
+impl Cmf {
+    /// x, y and z bar at `nm`; 0 outside the table.
+    pub fn eval(&self, nm: f64) -> [f64; 3] {
+        let hi = self.nm.partition_point(|&a| a <= nm);
+        if hi == 0 {
+            return [0.0; 3];
+        }
+        let a = self.xyz[hi - 1];
+        let Some(b) = self.xyz.get(hi) else {
+            return if nm == self.nm[hi - 1] { a } else { [0.0; 3] };
+        };
+        let t = (nm - self.nm[hi - 1]) / (self.nm[hi] - self.nm[hi - 1]);
+        std::array::from_fn(|i| a[i] + t * (b[i] - a[i]))
+    }
+}
+
+/// The colour-matching functions of `observer`.
+pub fn observer(observer: Observer) -> &'static Cmf {
+    static TABLES: OnceLock<[Cmf; 2]> = OnceLock::new();
+    let tables = TABLES.get_or_init(|| {
+        ["cie1931", "cie1964"].map(|name| {
+            let rows = SHELVES[0].get(name).map_or(&[][..], |entry| &entry.rows);
+            Cmf { nm: rows.iter().map(|r| r[0]).collect(), xyz: rows.iter().map(|r| [r[1], r[2], r[3]]).collect() }
+        })
+    });
+    match observer {
+        Observer::Cie1931 => &tables[0],
+        Observer::Cie1964 => &tables[1],
+    }
+}
+
+/// Index of refraction of a glass, crystal or liquid, relative to air, over the range its source gives.
+pub fn glass(name: &str) -> Option<Ior> {
+    SHELVES[1].get(name).and_then(Entry::ior)
+}
+
+/// Absorption coefficient 4 pi k / lambda of a material that [`glass`] knows, m^-1; `None` too where its file has no k. Schott's and most other
+/// tables are of samples centimetres thick and coarse; end values are held outside.
+pub fn glass_absorption(name: &str) -> Option<Spectrum> {
+    let points = SHELVES[1].get(name)?.points("k");
+    let (nm, values): (Vec<f64>, Vec<f64>) = points.into_iter().map(|[nm, k]| (nm, 4.0 * PI * k / (nm * 1e-9))).unzip();
+    (!nm.is_empty()).then_some(Spectrum::Table { nm, values, extend: true })
+}
+
+/// Real and imaginary part (n, k) of the index of a metal; end values are held outside the measured range.
+pub fn metal(name: &str) -> Option<(Spectrum, Spectrum)> {
+    let entry = SHELVES[2].get(name)?;
+    Some((entry.column(1, true), entry.column(2, true)))
+}
+
+/// Relative spectral power of a CIE illuminant, as the CIE prints it (A and the D series are 100 at 560 nm, the others are not); 0 outside
+/// its table.
+pub fn illuminant(name: &str) -> Option<Spectrum> {
+    SHELVES[3].get(name).map(|entry| entry.column(1, false))
+}
+
+/// A measured reflectance, such as "ColorChecker/dark skin"; end values are held outside.
+pub fn reflectance(name: &str) -> Option<Spectrum> {
+    SHELVES[4].get(name).map(|entry| entry.column(1, true))
+}
+
+/// Every name that [`glass`] knows, other names included.
+pub fn glass_names() -> Vec<&'static str> {
+    SHELVES[1].names()
+}
+
+/// Every name that [`metal`] knows, other names included.
+pub fn metal_names() -> Vec<&'static str> {
+    SHELVES[2].names()
+}
+
+/// Every name that [`illuminant`] knows.
+pub fn illuminant_names() -> Vec<&'static str> {
+    SHELVES[3].names()
+}
+
+/// Every name that [`reflectance`] knows.
+pub fn reflectance_names() -> Vec<&'static str> {
+    SHELVES[4].names()
+}
+
+/// A folder of `spectra/`, read at first use.
+struct Shelf {
+    folder: &'static str,
+    content: OnceLock<(Vec<Entry>, HashMap<String, usize>)>,
+}
+
+static SHELVES: [Shelf; 5] =
+    [Shelf::new("observer"), Shelf::new("glass"), Shelf::new("metal"), Shelf::new("illuminant"), Shelf::new("reflectance")];
+
+impl Shelf {
+    const fn new(folder: &'static str) -> Self {
+        Shelf { folder, content: OnceLock::new() }
+    }
+
+    fn content(&self) -> &(Vec<Entry>, HashMap<String, usize>) {
+        self.content.get_or_init(|| {
+            let mut entries = Vec::new();
+            if let Some(dir) = FILES.get_dir(self.folder) {
+                read_folder(dir, &mut entries);
+            }
+            let mut by_name = HashMap::new();
+            for (i, entry) in entries.iter().enumerate() {
+                for name in &entry.names {
+                    by_name.entry(fold(name)).or_insert(i);
+                }
+            }
+            (entries, by_name)
+        })
+    }
+
+    fn get(&self, name: &str) -> Option<&Entry> {
+        let (entries, by_name) = self.content();
+        by_name.get(&fold(name)).map(|&i| &entries[i])
+    }
+
+    fn names(&'static self) -> Vec<&'static str> {
+        self.content().0.iter().flat_map(|entry| entry.names.iter().map(String::as_str)).collect()
+    }
+}
+
+/// Lower case, single spaces.
+fn fold(name: &str) -> String {
+    name.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
+}
+
+/// Appends the entries of all files below `dir`, in the order of their paths.
+fn read_folder(dir: &Dir, entries: &mut Vec<Entry>) {
+    for item in dir.entries() {
+        match item {
+            DirEntry::Dir(sub) => read_folder(sub, entries),
+            DirEntry::File(file) => {
+                let text = file.contents_utf8().unwrap_or_default();
+                let read = parse_entries(text).unwrap_or_else(|problem| panic!("spectra/{}: {problem}", file.path().display()));
+                entries.extend(read);
+            }
+        }
+    }
+}
+
+/// One block of a data file.
+struct Entry {
+    names: Vec<String>,
+    /// Lines that begin with a word: the word and the rest.
+    lines: Vec<(String, String)>,
+    rows: Vec<Vec<f64>>,
+}
+
+fn parse_entries(text: &str) -> Result<Vec<Entry>, String> {
+    let mut entries: Vec<Entry> = Vec::new();
+    for line in text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#')) {
+        let (word, rest) = line.split_once(' ').unwrap_or((line, ""));
+        if word == "name" {
+            entries.push(Entry { names: vec![rest.to_string()], lines: Vec::new(), rows: Vec::new() });
+            continue;
+        }
+        let entry = entries.last_mut().ok_or("a file begins with a name")?;
+        if word == "also" {
+            entry.names.push(rest.to_string());
+        } else if word.starts_with(|c: char| c.is_ascii_digit()) {
+            entry.rows.push(numbers(line).ok_or_else(|| format!("\"{line}\" is no row of numbers"))?);
+        } else {
+            entry.lines.push((word.to_string(), rest.to_string()));
+        }
+    }
+    let even = |entry: &Entry| entry.rows.windows(2).all(|w| w[0].len() == w[1].len() && w[0][0] < w[1][0]);
+    match entries.iter().find(|entry| !even(entry)) {
+        Some(entry) => Err(format!("the table of {} is ragged or not sorted", entry.names[0])),
+        None => Ok(entries),
+    }
+}
+
+/// All the numbers of a line, if it holds nothing else.
+fn numbers(text: &str) -> Option<Vec<f64>> {
+    text.split_whitespace().map(|t| t.parse().ok()).collect()
+}
+
+impl Entry {
+    /// The rest of the first line that begins with `word`.
+    fn line(&self, word: &str) -> Option<&str> {
+        self.lines.iter().find(|(w, _)| w == word).map(|(_, rest)| rest.as_str())
+    }
+
+    /// The two numbers of every line that begins with `word`.
+    fn points(&self, word: &str) -> Vec<[f64; 2]> {
+        let rows = self.lines.iter().filter(|(w, _)| w == word);
+        rows.filter_map(|(_, rest)| numbers(rest)?.try_into().ok()).collect()
+    }
+
+    /// Column `i` of the rows over the first.
+    fn column(&self, i: usize, extend: bool) -> Spectrum {
+        Spectrum::Table {
+            nm: self.rows.iter().map(|r| r[0]).collect(),
+            values: self.rows.iter().filter_map(|r| r.get(i)).copied().collect(),
+            extend,
+        }
+    }
+
+    fn ior(&self) -> Option<Ior> {
+        let [min, max] = numbers(self.line("range")?)?.try_into().ok()?;
+        let (word, rest) = self.line("formula")?.split_once(' ').unwrap_or(("table", ""));
+        let c = numbers(rest)?;
+        let first = c.first().copied();
+        let pairs = || -> (Vec<f64>, Vec<f64>) { c[1..].chunks_exact(2).map(|p| (p[0], p[1])).unzip() };
+        let formula = match (word, first) {
+            ("constant", Some(n)) => Formula::Constant(n),
+            ("sellmeier", Some(a0)) => {
+                let (b, c_um2) = pairs();
+                Formula::Sellmeier { a0, b, c_um2 }
+            }
+            ("polynomial", Some(c0)) => Formula::Polynomial { c0, terms: c[1..].chunks_exact(2).map(|p| [p[0], p[1]]).collect() },
+            ("cauchy", Some(_)) => Formula::Cauchy { coef_um: c },
+            ("gas", Some(a0)) => {
+                let (b, c) = pairs();
+                Formula::Gas { a0, b, c }
+            }
+            ("table", None) => {
+                let (nm, n) = self.points("n").into_iter().map(|[nm, n]| (nm, n)).unzip();
+                Formula::Table { nm, n }
+            }
+            _ => return None,
+        };
+        Some(Ior { formula, range_nm: (min, max), extrapolate: false })
+    }
+}
+
+/// A spectrum from a user's file: one `nm value` per line, separated by blanks, a comma, a semicolon or a tab, wavelengths strictly increasing.
+/// Empty lines, what follows `#` or `//`, and one heading line are passed over. The table holds its end values outside (`extend`).
+///
+/// Errors name the line and what is wrong with it.
+pub fn parse_spectrum_text(text: &str) -> Result<Spectrum, String> {
+    let (mut nm, mut values): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+    let mut heading_seen = false;
+    for (i, line) in text.lines().enumerate() {
+        let line = line.trim_start_matches('\u{feff}');
+        let line = line.split('#').next().unwrap_or_default().split("//").next().unwrap_or_default();
+        let fields: Vec<&str> = line.split([' ', '\t', ',', ';']).map(|f| f.trim().trim_matches('"')).filter(|f| !f.is_empty()).collect();
+        if fields.is_empty() {
+            continue;
+        }
+        let parsed: Vec<Option<f64>> = fields.iter().map(|f| f.parse().ok()).collect();
+        if nm.is_empty() && !heading_seen && parsed.iter().all(Option::is_none) {
+            heading_seen = true;
+            continue;
+        }
+        let at = i + 1;
+        let [Some(x), Some(y)] = parsed[..] else {
+            let shown: String = line.trim().chars().take(40).collect();
+            return Err(format!("line {at}: \"{shown}\" is not a wavelength and a value"));
+        };
+        if !(x.is_finite() && x > 0.0 && y.is_finite()) {
+            return Err(format!("line {at}: {x} nm with value {y} is not finite and positive in wavelength"));
+        }
+        if let Some(&last) = nm.last().filter(|&&last| x <= last) {
+            return Err(format!("line {at}: {x} nm follows {last} nm; wavelengths must increase"));
+        }
+        nm.push(x);
+        values.push(y);
+    }
+    if nm.is_empty() { Err("no \"nm value\" line in the file".into()) } else { Ok(Spectrum::Table { nm, values, extend: true }) }
+}

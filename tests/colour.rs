@@ -1,0 +1,346 @@
+//! Colour: CIE sums, conversions, differences, bin weights, upsampling and the picture, against independent values.
+//!
+//! data/colour.json holds direct sums at 1 nm over 380 to 780 nm inclusive, of tables linearly interpolated: where the tolerance is tight,
+//! the same sum is formed here; Abbe's own integral (exact, 360 to 830 nm) is held to the difference between standard methods.
+
+use abbe::color::{bins, cie, convert, lab, picture};
+use abbe::scene::Bins;
+use abbe::spectrum::library::{self, Observer};
+use abbe::spectrum::{Spectrum, upsample};
+use serde_json::Value;
+
+const OBSERVERS: [(Observer, &str); 2] = [(Observer::Cie1931, "2"), (Observer::Cie1964, "10")];
+
+fn reference() -> Value {
+    serde_json::from_str(include_str!("data/colour.json")).expect("colour.json is JSON")
+}
+
+fn triple(v: &Value) -> [f64; 3] {
+    std::array::from_fn(|i| v[i].as_f64().expect("three numbers"))
+}
+
+fn direct_sum(s: impl Fn(f64) -> f64, observer: Observer) -> [f64; 3] {
+    let cmf = library::observer(observer);
+    let mut xyz = [0.0; 3];
+    for nm in (380..=780).map(f64::from) {
+        let bar = cmf.eval(nm);
+        for i in 0..3 {
+            xyz[i] += s(nm) * bar[i];
+        }
+    }
+    xyz
+}
+
+fn scaled(xyz: [f64; 3], factor: f64) -> [f64; 3] {
+    xyz.map(|v| v * factor)
+}
+
+fn assert_near(a: &[f64], b: &[f64], tolerance: f64, what: &str) {
+    assert_eq!(a.len(), b.len(), "{what}");
+    assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= tolerance), "{what}: {a:?} is not {b:?} to {tolerance}");
+}
+
+#[test]
+fn illuminants_have_their_xyz() {
+    let reference = reference();
+    for (name, entry) in reference["illuminants"].as_object().expect("illuminants") {
+        let s = library::illuminant(name).unwrap_or_else(|| panic!("{name} is missing"));
+        for (observer, key) in OBSERVERS {
+            let xyz = direct_sum(|nm| s.eval(nm), observer);
+            let expected = triple(&entry[key]["XYZ"]);
+            assert_near(&scaled(xyz, 100.0 / xyz[1]), &expected, 2e-6, &format!("{name}, {key} degrees"));
+            // Above 780 nm E goes on and the others' tables end.
+            let own = cie::xyz_of(&s, observer);
+            let own_xy = cie::xy(own);
+            assert_near(&own_xy, &cie::xy(expected), 2e-4, &format!("{name}, {key} degrees, own integral"));
+        }
+    }
+}
+
+#[test]
+fn blackbodies_have_their_chromaticity_and_luminance() {
+    let reference = reference();
+    for (kelvin, entry) in reference["blackbody"].as_object().expect("blackbodies") {
+        let s = Spectrum::Blackbody { kelvin: kelvin.parse().expect("a temperature"), scale: 1.0 };
+        for (observer, key) in OBSERVERS {
+            let xy = cie::xy(cie::xyz_of(&s, observer));
+            let expected = [0, 1].map(|i| entry[key]["xy_360_830"][i].as_f64().expect("x and y"));
+            assert_near(&xy, &expected, 2e-6, &format!("{kelvin} K, {key} degrees"));
+        }
+        let luminance = cie::K_M * direct_sum(|nm| s.eval(nm), Observer::Cie1931)[1];
+        let expected = entry["2"]["luminance_cd_m2_380_780"].as_f64().expect("a luminance");
+        assert!((luminance / expected - 1.0).abs() < 1e-6, "{kelvin} K: {luminance} is not {expected} cd/m^2");
+    }
+    let xy = |kelvin| cie::xy(cie::xyz_of(&Spectrum::Blackbody { kelvin, scale: 1.0 }, Observer::Cie1931));
+    assert_near(&xy(2856.0), &[0.44754, 0.40743], 1e-4, "2856 K");
+    assert_near(&xy(6500.0), &[0.31353, 0.32363], 1e-4, "6500 K");
+}
+
+#[test]
+fn lines_have_the_observers_values_however_narrow() {
+    let reference = reference();
+    for (nm, entry) in reference["monochromatic"].as_object().expect("lines") {
+        let center_nm: f64 = nm.parse().expect("a wavelength");
+        for (observer, key) in OBSERVERS {
+            assert_near(&library::observer(observer).eval(center_nm), &triple(&entry[key]["cmf"]), 1e-9, nm);
+            // 0.1 nm lies across the kink of the table at a whole nm.
+            for width_nm in [0.1, 1e-3] {
+                let xyz = cie::xyz_of(&Spectrum::Band { center_nm, width_nm, height: 1.0 / width_nm }, observer);
+                assert_near(&scaled(xyz, 1.0 / cie::K_M), &triple(&entry[key]["cmf"]), 3e-4, &format!("{nm} nm, {width_nm} wide"));
+            }
+        }
+    }
+}
+
+#[test]
+fn color_checker_patches_have_their_xyz_and_lab() {
+    let reference = reference();
+    let mut compared = 0;
+    for (illuminant, patches) in reference["patches"]["ColorChecker N Ohta"].as_object().expect("illuminants") {
+        let light = library::illuminant(illuminant).expect("an illuminant");
+        for (name, entry) in patches.as_object().expect("patches") {
+            let patch = library::reflectance(&format!("ColorChecker/{name}")).unwrap_or_else(|| panic!("{name} is missing"));
+            for (observer, key) in OBSERVERS.into_iter().filter(|(_, key)| entry.get(key).is_some()) {
+                let white = direct_sum(|nm| light.eval(nm), observer);
+                let k = 100.0 / white[1];
+                let xyz = scaled(direct_sum(|nm| light.eval(nm) * patch.eval(nm), observer), k);
+                let what = format!("{name} under {illuminant}, {key} degrees");
+                assert_near(&xyz, &triple(&entry[key]["XYZ"]), 2e-6, &what);
+                let color = lab::lab_of_xyz(xyz, scaled(white, k));
+                assert_near(&color, &triple(&entry[key]["Lab"]), 1e-5, &what);
+
+                let lit = Spectrum::Product(Box::new((light.clone(), patch.clone())));
+                let own = lab::lab_of_xyz(cie::xyz_of(&lit, observer), cie::xyz_of(&light, observer));
+                assert!(lab::delta_e_2000(own, color) < 0.045, "{what}: own integral differs");
+                compared += 1;
+            }
+            if illuminant == "D65" {
+                let white = direct_sum(|nm| light.eval(nm), Observer::Cie1931)[1];
+                let xyz = scaled(direct_sum(|nm| light.eval(nm) * patch.eval(nm), Observer::Cie1931), 1.0 / white);
+                let rgb = convert::linear_srgb_of_xyz(xyz);
+                let expected = &entry["2"]["sRGB"]["derived/none"];
+                assert_near(&rgb, &triple(&expected["linear"]), 1e-6, name);
+                let encoded = rgb.map(|v| convert::srgb_encode(v.clamp(0.0, 1.0)));
+                assert_near(&encoded, &triple(&expected["encoded_clipped"]), 2e-6, name);
+            }
+        }
+    }
+    assert_eq!(compared, 24 * 7, "five illuminants, two of them for both observers");
+}
+
+#[test]
+fn srgb_is_its_derived_matrix_and_inverts() {
+    let reference = reference();
+    for i in 0..3 {
+        assert_near(&convert::XYZ_TO_RGB[i], &triple(&reference["_meta"]["M_derived"][i]), 1e-10, "XYZ to RGB");
+    }
+    let xyz = [0.3, 0.2, 0.7];
+    assert_near(&convert::xyz_of_linear_srgb(convert::linear_srgb_of_xyz(xyz)), &xyz, 1e-14, "there and back");
+    for v in [-0.5, 0.0, 0.001, 0.0031308, 0.02, 0.18, 1.0, 7.0] {
+        let back = convert::srgb_decode(convert::srgb_encode(v));
+        assert!((back - v).abs() < 2e-7, "{v} comes back as {back}");
+    }
+}
+
+#[test]
+fn ciede2000_is_that_of_sharma() {
+    let data: Value = serde_json::from_str(include_str!("data/ciede2000.json")).expect("ciede2000.json is JSON");
+    let pairs = data["sharma"].as_array().expect("pairs");
+    assert_eq!(pairs.len(), 34);
+    for pair in pairs {
+        let (a, b) = (triple(&pair["Lab1"]), triple(&pair["Lab2"]));
+        let published = pair["dE00_published"].as_f64().expect("a difference");
+        for d in [lab::delta_e_2000(a, b), lab::delta_e_2000(b, a)] {
+            assert!((d - published).abs() <= 5e-5, "{a:?} {b:?}: {d} is not {published}");
+        }
+    }
+}
+
+/// Greatest Delta E2000 over the ColorChecker under D65 of weights applied to exact bin means.
+fn color_checker_error(bins: &Bins, weights: &[[f64; 3]]) -> f64 {
+    let light = library::illuminant("D65").expect("D65");
+    let (lo, hi) = (bins.min_nm.max(380.0), bins.max_nm.min(780.0));
+    assert!(lo == 380.0 && hi == 780.0, "the patches are known from 380 to 780 nm");
+    let within = |s: Spectrum| {
+        let window = Spectrum::Band { center_nm: 580.0, width_nm: 400.0, height: 1.0 };
+        Spectrum::Product(Box::new((window, s)))
+    };
+    let white = cie::xyz_of(&within(light.clone()), Observer::Cie1931);
+    let mut worst: f64 = 0.0;
+    for name in library::reflectance_names() {
+        let lit = Spectrum::Product(Box::new((light.clone(), library::reflectance(name).expect("a patch"))));
+        let mut xyz = [0.0; 3];
+        for (i, weight) in weights.iter().enumerate() {
+            let mean = lit.mean(bins.edge_nm(i as u32), bins.edge_nm(i as u32 + 1));
+            for k in 0..3 {
+                xyz[k] += weight[k] * mean;
+            }
+        }
+        let exact = lab::lab_of_xyz(cie::xyz_of(&within(lit), Observer::Cie1931), white);
+        worst = worst.max(lab::delta_e_2000(lab::lab_of_xyz(xyz, white), exact));
+    }
+    worst
+}
+
+/// What a picture made from bin averages alone would use: the colour-matching functions integrated over each bin.
+fn plain_weights(bins: &Bins) -> Vec<[f64; 3]> {
+    (0..bins.count)
+        .map(|i| {
+            let (lo, hi) = (bins.edge_nm(i), bins.edge_nm(i + 1));
+            cie::xyz_of(&Spectrum::Band { center_nm: 0.5 * (lo + hi), width_nm: hi - lo, height: 1.0 }, Observer::Cie1931)
+        })
+        .collect()
+}
+
+#[test]
+fn twenty_bins_give_the_color_checker_to_delta_e_0_04() {
+    let bins = |count| Bins { min_nm: 380.0, max_nm: 780.0, count };
+    let error = |count| color_checker_error(&bins(count), &bins::bin_weights(&bins(count), Observer::Cie1931));
+    let at_20 = error(20);
+    assert!(at_20 <= 0.04, "20 bins: {at_20}");
+    let plain = color_checker_error(&bins(20), &plain_weights(&bins(20)));
+    assert!((0.5..0.9).contains(&plain), "plain bin averages: {plain}, so the comparison compares nothing");
+    for (count, bound) in [(4, 24.0), (6, 9.0), (8, 1.7), (10, 0.65), (16, 0.25), (32, 0.038), (40, 0.0075), (64, 0.0025), (80, 0.0025)] {
+        let e = error(count);
+        assert!(e <= bound, "{count} bins: {e}");
+    }
+}
+
+#[test]
+fn bin_weights_keep_the_flat_spectrum_and_reproduce_lines_in_wavelength() {
+    for (min_nm, max_nm) in [(380.0, 780.0), (360.0, 830.0), (300.0, 1000.0), (500.0, 600.0), (530.0, 530.5)] {
+        for count in [1, 2, 3, 5, 20, 41, 100, 400] {
+            let bins = Bins { min_nm, max_nm, count };
+            let window = Spectrum::Band { center_nm: 0.5 * (min_nm + max_nm), width_nm: max_nm - min_nm, height: 1.0 };
+            let table = |values: [f64; 2]| Spectrum::Table { nm: vec![min_nm, max_nm], values: values.to_vec(), extend: true };
+            for (observer, _) in OBSERVERS {
+                let weights = bins::bin_weights(&bins, observer);
+                assert_eq!(weights.len(), count as usize);
+                for (values, tolerance) in [([1.0, 1.0], 1e-8), ([0.0, 2.0], 1e-2)] {
+                    if values[0] != values[1] && count < 2 {
+                        continue; // one mean has no slope
+                    }
+                    let s = Spectrum::Product(Box::new((window.clone(), table(values))));
+                    let exact = cie::xyz_of(&s, observer);
+                    let mut xyz = [0.0; 3];
+                    for (i, w) in weights.iter().enumerate() {
+                        let mean = table(values).mean(bins.edge_nm(i as u32), bins.edge_nm(i as u32 + 1));
+                        for k in 0..3 {
+                            xyz[k] += w[k] * mean;
+                        }
+                    }
+                    assert_near(&xyz, &exact, tolerance * exact[1], &format!("{count} bins over {min_nm} to {max_nm}"));
+                }
+            }
+        }
+    }
+}
+
+fn reflected(s: &Spectrum) -> [f64; 3] {
+    let light = library::illuminant("D65").expect("D65");
+    let white = cie::xyz_of(&light, Observer::Cie1931);
+    let xyz = cie::xyz_of(&Spectrum::Product(Box::new((light, s.clone()))), Observer::Cie1931);
+    convert::linear_srgb_of_xyz(scaled(xyz, 1.0 / white[1]))
+}
+
+fn lattice(n: u32) -> impl Iterator<Item = [f64; 3]> {
+    let at = move |i: u32| f64::from(i) / f64::from(n - 1);
+    (0..n * n * n).map(move |i| [at(i / n / n), at(i / n % n), at(i % n)])
+}
+
+#[test]
+fn every_rgb_reflectance_comes_back_to_1e_3_and_keeps_energy() {
+    for rgb in lattice(7).chain([[1.0, 0.0, 1e-4], [0.999, 1.0, 0.998], [1e-5, 0.0, 0.0], [0.5, 0.500001, 0.5]]) {
+        let s = upsample::reflectance_from_linear_srgb(rgb).expect("a reflectance");
+        assert!((300..=900).all(|nm| (0.0..=1.0).contains(&s.eval(f64::from(nm)))), "{rgb:?} leaves [0, 1]");
+        assert_near(&reflected(&s), &rgb, 1e-3, "round trip");
+    }
+    assert_eq!(upsample::reflectance_from_linear_srgb([0.0; 3]), Ok(Spectrum::Constant(0.0)));
+    assert_eq!(upsample::reflectance_from_linear_srgb([0.18; 3]), Ok(Spectrum::Constant(0.18)));
+    for bad in [[1.1, 0.0, 0.0], [-0.1, 0.0, 0.0], [f64::NAN, 0.0, 0.0], [0.0, f64::INFINITY, 0.0]] {
+        assert!(upsample::reflectance_from_linear_srgb(bad).is_err(), "{bad:?}");
+    }
+}
+
+#[test]
+fn texels_come_back_to_1e_3_too() {
+    for rgb in lattice(12) {
+        let s = Spectrum::Sigmoid { c: upsample::texel_coefficients(rgb), scale: 1.0 };
+        assert_near(&reflected(&s), &rgb, 1e-3, "round trip");
+    }
+}
+
+#[test]
+fn rgb_light_has_its_colour_and_the_luminance_of_a_constant_radiance() {
+    let unit = cie::xyz_of_unit(Observer::Cie1931)[1];
+    for rgb in [[1.0, 1.0, 1.0], [2.5, 0.1, 0.0], [0.0, 0.0, 1e-3], [0.2, 70.0, 3.0], [1e6, 5e5, 1e5]] {
+        let max = rgb.into_iter().fold(0.0, f64::max);
+        let s = upsample::emission_from_linear_srgb(rgb).expect("a light");
+        let (c, scale) = upsample::emission_texel(rgb);
+        let texel = Spectrum::Product(Box::new((Spectrum::Sigmoid { c, scale }, upsample::white())));
+        for s in [s, texel] {
+            let back = convert::linear_srgb_of_xyz(scaled(cie::xyz_of(&s, Observer::Cie1931), 1.0 / unit));
+            assert_near(&back, &rgb, 1e-3 * max, "round trip");
+        }
+    }
+    assert_eq!(upsample::emission_from_linear_srgb([0.0; 3]), Ok(Spectrum::Constant(0.0)));
+    for bad in [[-1.0, 0.0, 0.0], [f64::NAN, 0.0, 0.0], [f64::INFINITY, 0.0, 0.0]] {
+        assert!(upsample::emission_from_linear_srgb(bad).is_err(), "{bad:?}");
+        let (c, scale) = upsample::emission_texel(bad);
+        assert!(scale == 0.0 && c.iter().all(|v| v.is_finite()), "{bad:?}");
+    }
+}
+
+fn xyz_pixel(rgb: [f64; 3]) -> [f32; 3] {
+    let unit = cie::xyz_of_unit(Observer::Cie1931)[1];
+    convert::xyz_of_linear_srgb(rgb).map(|v| (v * unit) as f32)
+}
+
+#[test]
+fn the_picture_is_plain_srgb_where_the_screen_can_show_it() {
+    for rgb in [[0.0, 0.0, 0.0], [0.2, 0.5, 0.1], [0.9, 0.0, 0.0], [0.01, 0.02, 0.9]] {
+        let expected = rgb.map(|v| (255.0 * convert::srgb_encode(v)).round() as u8);
+        assert_eq!(picture::develop(&[xyz_pixel(rgb)], Some(0.0)), expected);
+        assert_eq!(picture::develop(&[xyz_pixel(rgb.map(|v| v / 8.0))], Some(3.0)), expected, "three stops");
+    }
+}
+
+#[test]
+fn colours_the_screen_cannot_show_keep_luminance_or_hue() {
+    // A spectral green: its negative red goes, its luminance stays.
+    let green = [-0.3, 0.4, 0.05];
+    let shown = picture::develop(&[xyz_pixel(green)], Some(0.0));
+    let linear: Vec<f64> = shown.iter().map(|&v| convert::srgb_decode(f64::from(v) / 255.0)).collect();
+    let y = convert::xyz_of_linear_srgb(green)[1];
+    assert!((convert::xyz_of_linear_srgb([linear[0], linear[1], linear[2]])[1] - y).abs() < 5e-3);
+    assert!(shown[0] == 0 && shown[1] > shown[2]);
+    // Highlights never invert, and a bright red stays red.
+    let ramp: Vec<[f32; 3]> = (0..400).map(|i| xyz_pixel([f64::from(i) / 40.0; 3])).collect();
+    let levels: Vec<u8> = picture::develop(&ramp, Some(0.0)).chunks(3).map(|p| p[1]).collect();
+    assert!(levels.is_sorted() && levels[399] == 255);
+    let red = picture::develop(&[xyz_pixel([50.0, 1.0, 1.0])], Some(0.0));
+    assert!(red[0] > 250 && red[1] < 60 && red[1] == red[2], "{red:?}");
+    let bad = [[f32::NAN, 1.0, 1.0], [1e4, f32::INFINITY, 1.0], [0.0, -1.0, 0.0], [f32::MAX; 3]];
+    assert_eq!(picture::develop(&bad, Some(0.0))[..9], [0; 9]);
+}
+
+#[test]
+fn the_automatic_exposure_shows_the_scene() {
+    let show = |pixels: &[f64]| -> Vec<u8> {
+        let xyz: Vec<[f32; 3]> = pixels.iter().map(|&v| xyz_pixel([v; 3])).collect();
+        picture::develop(&xyz, None).chunks(3).map(|p| p[0]).collect()
+    };
+    let level = |v: f64| (255.0 * convert::srgb_encode(v)).round() as u8;
+    // Any scale of light gives the same picture.
+    for scale in [1e-6, 1.0, 1e6] {
+        let ramp: Vec<f64> = (1..=1000).map(|i| scale * f64::from(i) / 1000.0).collect();
+        assert_eq!(show(&ramp)[989], level(0.9), "the 99th percentile");
+    }
+    // A strip of light in the dark is exposed for; a small lamp over a lit room is not.
+    let strip: Vec<f64> = (0..1000).map(|i| if i < 15 { 5.0 } else { 0.0 }).collect();
+    assert_eq!(show(&strip)[3], level(0.9));
+    let room: Vec<f64> = (0..1000).map(|i| if i < 20 { 50.0 } else { 0.5 }).collect();
+    assert_eq!(show(&room)[900], level(0.15));
+    assert_eq!(show(&[0.0; 8]), [0; 8]);
+    assert!(show(&[]).is_empty());
+}

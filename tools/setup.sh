@@ -1,0 +1,81 @@
+# Sourced by the other tools: makes sure of a linker and of a Vulkan adapter, on Debian and its kin by apt. Says what it does before it does it.
+# Every function leaves the system alone where nothing is missing.
+
+say() { printf 'abbe: %s\n' "$*" >&2; }
+
+# True if the Vulkan loader and at least one driver are installed. Looks at files only: asking a driver would take one.
+have_vulkan() {
+    local file
+    case "$(uname -s)" in
+    Linux) ;;
+    *) return 0 ;; # Metal and Direct3D come with the system
+    esac
+    { ldconfig -p 2>/dev/null || /sbin/ldconfig -p 2>/dev/null || ls /usr/lib/*/libvulkan.so.1 /usr/lib*/libvulkan.so.1 2>/dev/null; } |
+        grep -q 'libvulkan\.so\.1' || return 1
+    if [ -n "${VK_DRIVER_FILES:-${VK_ICD_FILENAMES:-}}" ]; then
+        local IFS=:
+        for file in ${VK_DRIVER_FILES:-$VK_ICD_FILENAMES}; do
+            [ -e "$file" ] && return 0
+        done
+        return 1
+    fi
+    for file in /usr/share/vulkan/icd.d/*.json /etc/vulkan/icd.d/*.json /usr/local/share/vulkan/icd.d/*.json \
+        "${XDG_DATA_HOME:-$HOME/.local/share}"/vulkan/icd.d/*.json /run/opengl-driver/share/vulkan/icd.d/*.json; do
+        [ -e "$file" ] && return 0
+    done
+    return 1
+}
+
+have_linker() { command -v cc >/dev/null || command -v gcc >/dev/null || command -v clang >/dev/null; }
+
+# True if packages can be installed without asking anyone.
+can_install() {
+    command -v apt-get >/dev/null && { [ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null; }
+}
+
+# install PACKAGE...
+install() {
+    local as=()
+    [ "$(id -u)" = 0 ] || as=(sudo -n)
+    # The output is shown only when something goes wrong.
+    local log
+    log=$(mktemp)
+    if "${as[@]}" apt-get update >"$log" 2>&1 &&
+        "${as[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "$@" >"$log" 2>&1; then
+        rm -f "$log"
+    else
+        cat "$log" >&2
+        rm -f "$log"
+        say "apt-get could not install $*; install them by hand, then run this again"
+        return 2
+    fi
+}
+
+# Makes sure of cargo and a linker.
+need_build_tools() {
+    if ! command -v cargo >/dev/null; then
+        say "cargo is missing; install Rust from https://rustup.rs, then run this again"
+        return 2
+    fi
+    if ! have_linker; then
+        if can_install; then
+            say "no C linker found; installing gcc and libc6-dev"
+            install gcc libc6-dev
+        else
+            say "no C linker found, and no right to install one; as root: apt-get install gcc libc6-dev"
+            return 2
+        fi
+    fi
+}
+
+# Makes sure of a Vulkan adapter: a software one where there is none.
+need_vulkan() {
+    have_vulkan && return 0
+    if can_install; then
+        say "no Vulkan adapter found; installing the software driver (mesa-vulkan-drivers, libvulkan1)"
+        install mesa-vulkan-drivers libvulkan1
+    else
+        say "no Vulkan adapter found, and no right to install one; as root: apt-get install mesa-vulkan-drivers libvulkan1 (--device reference works without)"
+        return 2
+    fi
+}
