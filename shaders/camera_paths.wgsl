@@ -4,56 +4,26 @@
 #include "common/math.wgsl"
 #include "common/sampler.wgsl"
 
-@group(0) @binding(0) var<uniform> params: Params;
-@group(0) @binding(1) var<storage, read> bvh: array<vec4u>;
-@group(0) @binding(2) var<storage, read> primitives: array<vec4f>;
-@group(0) @binding(3) var<storage, read> materials: array<Material>;
-@group(0) @binding(4) var<storage, read> spectra: array<vec4f>;
-@group(0) @binding(5) var<storage, read_write> film: array<f32>;
-@group(0) @binding(6) var<storage, read_write> counters: array<atomic<u32>>;
-#if LIGHTS_PRESENT
-@group(0) @binding(7) var<storage, read> lights: array<Light>;
-#endif
-#if INTERIORS
-@group(0) @binding(8) var<storage, read> interiors: array<Interior>;
-#endif
-#if SMOOTH_NORMALS
-@group(0) @binding(9) var<storage, read> normals: array<vec4f>;
-#endif
-#if ROUGH
-@group(0) @binding(10) var<storage, read> tables: array<f32>;
-#endif
-#if ENV_IMAGE
-@group(0) @binding(11) var<storage, read> environment: array<vec4f>;
-#endif
-#if MANY_BINS
-@group(0) @binding(12) var<storage, read> lane_bins: array<u32>;
-#endif
+#include "common/bindings.wgsl"
 
-#include "common/spectra.wgsl"
-#include "common/path.wgsl"
-#include "geometry/trace.wgsl"
-#include "geometry/surface.wgsl"
-#if INTERIORS
-#include "medium/interiors.wgsl"
-#endif
-#if MEDIA
-#include "medium/homogeneous.wgsl"
-#endif
-#if FRESNEL
-#include "bsdf/fresnel.wgsl"
-#endif
-#if ROUGH
-#include "bsdf/rough.wgsl"
-#endif
-#include "light/mis.wgsl"
-#if LIGHTS_PRESENT
-#include "light/lights.wgsl"
-#endif
+@group(0) @binding(5) var<storage, read_write> film: array<f32>;
+
+#include "common/modules.wgsl"
 #include "sensor/sensor.wgsl"
 #include "common/deposit.wgsl"
 #include "integrator/vertex.wgsl"
 #include "integrator/scatter.wgsl"
+
+fn begin_path(pixel: vec2u, sample: u32) -> Ray {
+    start_sampler(pixel.y * params.image_width + pixel.x, params.batch, params.seed, sample);
+    pass_base = (sample - params.first_sample) * params.spectra_stride;
+    let ray = start_ray(pixel);
+    start_path(ray);
+#if INTERIORS
+    inside = params.inside;
+#endif
+    return ray;
+}
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
@@ -74,7 +44,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
     loop {
         let hit = trace(ray);
         rays += 1u;
-#if NEE
+#if CONNECT
         if (path.in_shadow) {
             ray = resume_after_shadow(ray, hit);
         } else {
@@ -92,5 +62,5 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
             ray = begin_path(pixel, sample);
         }
     }
-    atomicAdd(&counters[COUNTER_RAYS_LOW], rays);
+    atomicAdd(&counters[COUNTER_RAYS], rays);
 }

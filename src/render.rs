@@ -1,4 +1,5 @@
-//! The render loop: batches of samples from an integrator into the film until told to stop. One loop for the GPU and the reference.
+//! The render loop: batches of samples from an integrator into the film until told to stop. One loop for the GPU and the
+//! reference.
 
 use crate::error::Result;
 use crate::film::Film;
@@ -8,8 +9,8 @@ use std::time::{Duration, Instant};
 
 /// Something that fills a film, batch by batch.
 pub trait Integrator {
-    /// Renders batch `index` with `spp` samples per pixel and adds it to `film` as one batch. Batches of different `index` use independent
-    /// random numbers; the same seed, index and `spp` give the same bits.
+    /// Renders batch `index` with `spp` samples per pixel and adds it to `film` as one batch. Batches of different `index` use
+    /// independent random numbers; the same seed, index and `spp` give the same bits.
     fn render_batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats>;
 }
 
@@ -24,6 +25,8 @@ pub struct BatchStats {
     pub dropped_not_finite: u64,
     /// Samples dropped because a value was negative.
     pub dropped_negative: u64,
+    /// Splats dropped because the fixed-point film could not hold them.
+    pub dropped_saturated: u64,
     /// Paths cut at the greatest depth.
     pub truncated: u64,
 }
@@ -34,6 +37,7 @@ impl std::ops::AddAssign for BatchStats {
         self.rays += b.rays;
         self.dropped_not_finite += b.dropped_not_finite;
         self.dropped_negative += b.dropped_negative;
+        self.dropped_saturated += b.dropped_saturated;
         self.truncated += b.truncated;
     }
 }
@@ -65,8 +69,9 @@ impl Stop {
         }
     }
 
-    /// Samples per pixel of one batch on a film of `pixels`; the last batch takes what remains of `spp`. It follows from the request and the resolution
-    /// alone, never from the clock, so that the same command gives the same bits: a sixteenth of `spp`, or without `spp` a power of two up to 16.
+    /// Samples per pixel of one batch on a film of `pixels`; the last batch takes what remains of `spp`. It follows from the
+    /// request and the resolution alone, never from the clock, so that the same command gives the same bits: a sixteenth of
+    /// `spp`, or without `spp` a power of two up to 16.
     pub fn batch_spp(&self, pixels: usize) -> u32 {
         let most = Self::MAX_BATCH_SAMPLES / (pixels as u64).max(1);
         match self.total_spp() {
@@ -119,8 +124,8 @@ pub struct Summary {
     pub ended: Ended,
 }
 
-/// Renders batch after batch into `film` until `stop` says so or `observe`, called after every batch, breaks. At least one batch is rendered. When the
-/// integrator fails its error is returned, and the film holds the batches before.
+/// Renders batch after batch into `film` until `stop` says so or `observe`, called after every batch, breaks. At least one batch
+/// is rendered. When the integrator fails its error is returned, and the film holds the batches before.
 pub fn render(
     integrator: &mut dyn Integrator,
     film: &mut Film,
@@ -178,9 +183,16 @@ pub fn render(
     }
 }
 
-/// Renders `batches` batches of `spp` samples and returns a film whose pixels are the means over blocks of `size` x `size` pixels. Its standard errors are
-/// those of the block means, correlations between the pixels of a batch included; `size` of the whole film gives the error of its mean.
-pub fn render_blocks(integrator: &mut dyn Integrator, settings: &FilmSettings, size: u32, batches: u32, spp: u32) -> Result<Film> {
+/// Renders `batches` batches of `spp` samples and returns a film whose pixels are the means over blocks of `size` x `size`
+/// pixels. Its standard errors are those of the block means, correlations between the pixels of a batch included; `size` of the
+/// whole film gives the error of its mean.
+pub fn render_blocks(
+    integrator: &mut dyn Integrator,
+    settings: &FilmSettings,
+    size: u32,
+    batches: u32,
+    spp: u32,
+) -> Result<Film> {
     let mut blocks = Film::new(&Film::block_settings(settings, size));
     for index in 0..batches {
         let mut batch = Film::new(settings);

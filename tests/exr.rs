@@ -4,7 +4,7 @@ use abbe::film::Film;
 use abbe::output::exr::{ErrorChannels, channel_name};
 use abbe::output::{Provenance, SpectralImage, check_writable, replace_file, write_exr, write_png};
 use abbe::render::BatchStats;
-use abbe::scene::{Bins, Filter, FilmSettings, WavelengthSampling};
+use abbe::scene::{Bins, FilmSettings, Filter, WavelengthSampling};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -34,7 +34,8 @@ impl Drop for Folder {
 
 fn film(width: u32, height: u32, count: u32) -> Film {
     let bins = Bins { min_nm: 380.0, max_nm: 780.0, count };
-    let settings = FilmSettings { width, height, bins, filter: Filter::Box, sampling: WavelengthSampling::Continuous, exposure: None };
+    let settings =
+        FilmSettings { width, height, bins, filter: Filter::Box, sampling: WavelengthSampling::Continuous, exposure: None };
     let mut film = Film::new(&settings);
     let values = film.pixels() * film.channels();
     for batch in 0..2 {
@@ -99,7 +100,8 @@ fn the_layout_is_that_of_fichets_sample() {
         let header = &meta.headers[0];
         let channels: Vec<_> = header.channels.list.iter().map(|c| (c.name.to_string(), c.sample_type)).collect();
         let text = |name: &str| header.own_attributes.other.get(&exr::prelude::Text::from(name)).cloned();
-        let attributes = ["spectralLayoutVersion", "emissiveUnits", "EV"].map(|name| text(name).map(|v| (v.kind_name().to_vec(), v)));
+        let attributes =
+            ["spectralLayoutVersion", "emissiveUnits", "EV"].map(|name| text(name).map(|v| (v.kind_name().to_vec(), v)));
         (channels, attributes, header.compression)
     };
     let (mut ours, theirs) = (layout(&path), layout(&sample()));

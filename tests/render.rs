@@ -2,14 +2,21 @@
 
 use abbe::film::Film;
 use abbe::render::{BatchStats, Ended, Integrator, Progress, Stop, render};
-use abbe::scene::{Bins, Filter, FilmSettings, WavelengthSampling};
+use abbe::scene::{Bins, FilmSettings, Filter, WavelengthSampling};
 use abbe::{Error, Result};
 use std::ops::ControlFlow;
 use std::time::Duration;
 
 fn film(width: u32) -> Film {
     let bins = Bins { min_nm: 380.0, max_nm: 780.0, count: 1 };
-    Film::new(&FilmSettings { width, height: width, bins, filter: Filter::Box, sampling: WavelengthSampling::Continuous, exposure: None })
+    Film::new(&FilmSettings {
+        width,
+        height: width,
+        bins,
+        filter: Filter::Box,
+        sampling: WavelengthSampling::Continuous,
+        exposure: None,
+    })
 }
 
 /// Notes what it is asked for; odd batches are `noise` brighter than even ones; fails at batch `fails_at`.

@@ -131,7 +131,7 @@ fn constancy_is_exact() {
     assert!(!constant(&Ior::sellmeier(&[1.25, 1e-12], &[0.0, 0.01])));
     assert!(!constant(&library::glass("N-BK7").expect("N-BK7")));
     let step = Ior::table(&[(400.0, 1.5), (500.0, 1.5), (600.0, 1.6)]).expect("a table");
-    assert!(step.is_constant_over(380.0, 500.0) && !step.is_constant_over(380.0, 501.0));
+    assert!(step.is_constant_over(380.0, 500.0) && !step.is_constant_over(380.0, 501.0) && !step.is_constant_over(380.0, 700.0));
 }
 
 #[test]
@@ -235,7 +235,12 @@ fn illuminants_and_reflectances_are_found_by_name() {
 #[test]
 fn spectrum_files_are_read_or_refused_by_line() {
     let expected = Spectrum::Table { nm: vec![400.0, 500.5], values: vec![1.0, 2e-3], extend: true };
-    for text in ["400 1\n500.5 2e-3\n", "# head\n400,1\r\n500.5,2e-3", "nm;value\n400;1 // first\n\n500.5;2e-3\n", "\u{feff}400\t1\n500.5\t 2e-3"] {
+    for text in [
+        "400 1\n500.5 2e-3\n",
+        "# head\n400,1\r\n500.5,2e-3",
+        "nm;value\n400;1 // first\n\n500.5;2e-3\n",
+        "\u{feff}400\t1\n500.5\t 2e-3",
+    ] {
         assert_eq!(library::parse_spectrum_text(text).as_ref(), Ok(&expected), "{text:?}");
     }
     for (text, word) in [

@@ -1,17 +1,18 @@
-# Sourced by the other tools: makes sure of a linker and of a Vulkan adapter, on Debian and its kin by apt. Says what it does before it does it.
-# Every function leaves the system alone where nothing is missing.
+# Sourced by the other tools: makes sure of a linker and of a Vulkan adapter, on Debian and its kin by apt. Says what it does
+# before it does it. Every function leaves the system alone where nothing is missing.
 
 say() { printf 'abbe: %s\n' "$*" >&2; }
 
 # True if the Vulkan loader and at least one driver are installed. Looks at files only: asking a driver would take one.
 have_vulkan() {
-    local file
-    case "$(uname -s)" in
-    Linux) ;;
-    *) return 0 ;; # Metal and Direct3D come with the system
+    local file libraries
+    [ "$(uname -s)" = Linux ] || return 0 # Metal and Direct3D come with the system
+    # Captured, not piped: a reader that has seen enough would make ldconfig fail.
+    libraries=$(PATH=$PATH:/usr/sbin:/sbin ldconfig -p 2>/dev/null) || true
+    case "$libraries" in
+    *libvulkan.so.1*) ;;
+    *) return 1 ;;
     esac
-    { ldconfig -p 2>/dev/null || /sbin/ldconfig -p 2>/dev/null || ls /usr/lib/*/libvulkan.so.1 /usr/lib*/libvulkan.so.1 2>/dev/null; } |
-        grep -q 'libvulkan\.so\.1' || return 1
     if [ -n "${VK_DRIVER_FILES:-${VK_ICD_FILENAMES:-}}" ]; then
         local IFS=:
         for file in ${VK_DRIVER_FILES:-$VK_ICD_FILENAMES}; do
@@ -33,8 +34,8 @@ can_install() {
     command -v apt-get >/dev/null && { [ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null; }
 }
 
-# install PACKAGE...
-install() {
+# apt_install PACKAGE...
+apt_install() {
     local as=()
     [ "$(id -u)" = 0 ] || as=(sudo -n)
     # The output is shown only when something goes wrong.
@@ -60,7 +61,7 @@ need_build_tools() {
     if ! have_linker; then
         if can_install; then
             say "no C linker found; installing gcc and libc6-dev"
-            install gcc libc6-dev
+            apt_install gcc libc6-dev
         else
             say "no C linker found, and no right to install one; as root: apt-get install gcc libc6-dev"
             return 2
@@ -73,9 +74,10 @@ need_vulkan() {
     have_vulkan && return 0
     if can_install; then
         say "no Vulkan adapter found; installing the software driver (mesa-vulkan-drivers, libvulkan1)"
-        install mesa-vulkan-drivers libvulkan1
+        apt_install mesa-vulkan-drivers libvulkan1
     else
-        say "no Vulkan adapter found, and no right to install one; as root: apt-get install mesa-vulkan-drivers libvulkan1 (--device reference works without)"
+        say "no Vulkan adapter found, and no right to install one; as root: apt-get install mesa-vulkan-drivers libvulkan1"
+        say "(--device reference renders without an adapter)"
         return 2
     fi
 }

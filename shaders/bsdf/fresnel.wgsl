@@ -16,6 +16,15 @@ fn fresnel_dielectric(cos_i: f32, eta: vec4f) -> vec4f {
     return select(0.5 * (rs * rs + rp * rp), vec4f(1.0), c2 <= vec4f(0.0));
 }
 
+// What refraction does to what a path carries: radiance changes with the square of the index (Veach 1997, 5.2), flux does not.
+fn refracted_radiance(eta: vec4f) -> vec4f {
+#if LIGHT_PATHS
+    return vec4f(1.0);
+#else
+    return 1.0 / (eta * eta);
+#endif
+}
+
 #if CONDUCTOR
 // Reflectance of a metal of index eta + i k against vacuum (Born & Wolf 14.2; in the form of Lagarde 2013).
 fn fresnel_conductor(cos_i: f32, eta: vec4f, k: vec4f) -> vec4f {

@@ -105,7 +105,7 @@ fn rough_dielectric_lane(m: Material, wo: vec3f, wi: vec3f, eta: f32) -> vec2f {
     return vec2f(single * shadowing(wo, wi, m.alpha) + multiple, mix(single, multiple_pdf, here.x));
 }
 
-// Fills bsdf_f (with (eta_i/eta_t)^2 on refraction); returns the pdf of the mixture over wavelengths, weighted by beta.
+// Fills bsdf_f; returns the pdf of the mixture over wavelengths, weighted by beta.
 fn eval_rough_dielectric(m: Material, wo: vec3f, wi: vec3f, near_row: u32, far_row: u32) -> f32 {
     var pdf = 0.0;
     let total = sum_beta();
@@ -119,7 +119,7 @@ fn eval_rough_dielectric(m: Material, wo: vec3f, wi: vec3f, near_row: u32, far_r
                 pdf += beta[k][c] * r.y;
             }
         }
-        bsdf_f[k] = select(f / (eta * eta), f, wi.z > 0.0);
+        bsdf_f[k] = select(f * refracted_radiance(eta), f, wi.z > 0.0);
     }
     return select(0.0, pdf / total, total > 0.0);
 }

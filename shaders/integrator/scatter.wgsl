@@ -1,4 +1,5 @@
-// What happens at a vertex: next-event estimation and the choice of a new direction, for each kind of material and for media.
+// What happens at a vertex, for each kind of material and for media: a connection and the choice of a new direction. Camera paths connect to a
+// light (next-event estimation), light paths to the sensor.
 
 fn material_of(primitive: u32) -> u32 {
     return bitcast<u32>(primitives[3u * primitive].w) & 0x3fffffffu;
@@ -20,22 +21,54 @@ fn survives_roulette() -> bool {
     if (path.depth < 4u) {
         return true;
     }
-    let p = clamp(mean_beta, 0.05, 1.0);
+    let p = clamp(mean_beta / path.start, 0.05, 1.0);
     scale_beta(1.0 / p);
     return next_1d() < p;
 }
 
-// Counts an event; false if the path is too long and ends here.
-fn count_event() -> bool {
+// Counts an event (`is_smooth`: with no choice but a mirrored or refracted direction); false if the path ends here, because it is too long or
+// because the other pass finds all that could follow.
+fn count_event(is_smooth: bool) -> bool {
     if (path.depth >= params.max_depth) {
         atomicAdd(&counters[COUNTER_TRUNCATED], 1u);
         return false;
     }
     path.depth += 1u;
+    if (path.depth == 1u) {
+        path.first_is_smooth = is_smooth;
+    }
+#if LIGHT_PATHS
+    return path.first_is_smooth;
+#else
     return true;
+#endif
 }
 
-#if NEE
+// What shading normals do to flux: Veach's correction for the adjoint (1997, eq. 5.19), for a particle along `d` that goes on along `w`.
+fn adjoint_correction(d: vec3f, w: vec3f, n: vec3f, ns: vec3f) -> f32 {
+#if ADJOINT_NORMALS
+    return abs(dot(d, ns) * dot(w, n)) / max(abs(dot(d, n) * dot(w, ns)), 1e-20);
+#else
+    return 1.0;
+#endif
+}
+
+#if CONNECT
+#if LIGHT_PATHS
+// The sensor, seen from `p`.
+fn connect(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
+    return connect_to_sensor(p, u_choice, u);
+}
+
+fn light_spectrum(light: LightSample, k: u32) -> vec4f {
+    return vec4f(1.0);
+}
+#else
+// A point of a light, seen from `p`.
+fn connect(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
+    return sample_light(p, u_choice, u);
+}
+
 // Radiance, intensity or irradiance of the sampled light.
 fn light_spectrum(light: LightSample, k: u32) -> vec4f {
 #if ENV_IMAGE
@@ -45,6 +78,7 @@ fn light_spectrum(light: LightSample, k: u32) -> vec4f {
 #endif
     return spectrum(light.row, k);
 }
+#endif
 
 // Share of a light sample whose direction the scattering would have chosen with pdf `pdf`.
 fn light_mis(light: LightSample, pdf: f32) -> f32 {
@@ -82,13 +116,13 @@ fn continue_or_end(next: Ray, survives: bool) -> Ray {
 
 #if SCATTERING
 fn scatter_in_medium(ray: Ray, t: f32, m: Interior) -> Ray {
-    if (!count_event()) {
+    if (!count_event(false)) {
         return end_path(ray);
     }
     let p = ray.o + t * ray.d;
-#if NEE
+#if CONNECT
     let u = next_2d();
-    let light = sample_light(p, next_1d(), u);
+    let light = connect(p, next_1d(), u);
     let lit = light.weight > 0.0;
     if (lit) {
         let phase = phase_hg(dot(ray.d, light.wi), m.g);
@@ -102,7 +136,7 @@ fn scatter_in_medium(ray: Ray, t: f32, m: Interior) -> Ray {
     let d = sample_hg(ray.d, m.g, next_2d());
     let survives = survives_roulette();
     let next = next_segment(p, d, NONE, p, phase_hg(dot(ray.d, d), m.g));
-#if NEE
+#if CONNECT
     if (lit) {
         return shadow_then(next, survives, light, p, NONE);
     }
@@ -116,14 +150,14 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
     for (var k = 0u; k < LANES4; k++) {
         beta[k] *= spectrum(m.a, k);
     }
-#if NEE
+#if CONNECT
     let u = next_2d();
-    let light = sample_light(s.p, next_1d(), u);
+    let light = connect(s.p, next_1d(), u);
     let cos_light = dot(ns, light.wi);
     let lit = light.weight > 0.0 && cos_light > 0.0 && dot(n, light.wi) > 0.0;
     if (lit) {
         let pdf = cos_light * INV_PI;
-        let w = light_mis(light, pdf) * pdf;
+        let w = light_mis(light, pdf) * pdf * adjoint_correction(ray.d, light.wi, n, ns);
         for (var k = 0u; k < LANES4; k++) {
             pending[k] = w * beta[k] * light_spectrum(light, k);
         }
@@ -134,9 +168,10 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
 #endif
     let local = sample_cosine(next_2d());
     let d = normalize(frame_around(ns) * local);
+    scale_beta(adjoint_correction(ray.d, d, n, ns));
     let survives = survives_roulette() && dot(n, d) > 0.0;
     let next = next_segment(leave(s, d), d, s.primitive, s.p, local.z * INV_PI);
-#if NEE
+#if CONNECT
     if (lit) {
         return shadow_then(next, survives, light, leave(s, light.wi), s.primitive);
     }
@@ -152,6 +187,7 @@ fn scatter_smooth_conductor(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec
     for (var k = 0u; k < LANES4; k++) {
         beta[k] *= fresnel_conductor(cos_i, spectrum(m.a, k), spectrum(m.b, k));
     }
+    scale_beta(adjoint_correction(ray.d, d, n, ns));
     let survives = cos_i > 0.0 && dot(d, n) > 0.0 && survives_roulette();
     return continue_or_end(next_segment(leave(s, d), d, s.primitive, s.p, -1.0), survives);
 }
@@ -164,12 +200,12 @@ fn scatter_rough_conductor(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3
     if (wo.z <= 0.0) {
         return end_path(ray);
     }
-#if NEE
+#if CONNECT
     let u = next_2d();
-    let light = sample_light(s.p, next_1d(), u);
+    let light = connect(s.p, next_1d(), u);
     var lit = light.weight > 0.0 && dot(n, light.wi) > 0.0;
     if (lit) {
-        let w = light_mis(light, eval_rough_conductor(m, wo, light.wi * frame));
+        let w = light_mis(light, eval_rough_conductor(m, wo, light.wi * frame)) * adjoint_correction(ray.d, light.wi, n, ns);
         for (var k = 0u; k < LANES4; k++) {
             pending[k] = w * beta[k] * bsdf_f[k] * light_spectrum(light, k);
         }
@@ -184,9 +220,10 @@ fn scatter_rough_conductor(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3
     for (var k = 0u; k < LANES4; k++) {
         beta[k] *= select(vec4f(0.0), bsdf_f[k] / pdf, pdf > 0.0);
     }
+    scale_beta(adjoint_correction(ray.d, d, n, ns));
     let survives = survives_roulette() && dot(n, d) > 0.0;
     let next = next_segment(leave(s, d), d, s.primitive, s.p, pdf);
-#if NEE
+#if CONNECT
     if (lit) {
         return shadow_then(next, survives, light, leave(s, light.wi), s.primitive);
     }
@@ -213,6 +250,7 @@ fn scatter_thin_dielectric(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3
         beta[k] *= select((1.0 - r2) / (1.0 - q), r2 / q, reflects);
     }
     let d = select(ray.d, normalize(ray.d + 2.0 * cos_i * ns), reflects);
+    scale_beta(select(1.0, adjoint_correction(ray.d, d, n, ns), reflects));
     let survives = (!reflects || dot(d, n) > 0.0) && survives_roulette();
     return continue_or_end(next_segment(leave(s, d), d, s.primitive, s.p, -1.0), survives);
 }

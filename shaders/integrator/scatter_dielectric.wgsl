@@ -1,13 +1,22 @@
 // The boundary between two volumes: reflection, refraction, and the parting of wavelengths.
 
 #if DISPERSION
-// Keeps one wavelength, all equally likely, of a path that still carries all of them. Returns its lane.
+// Keeps one wavelength of a path that still carries all of them; returns its lane. Camera paths take each alike, since what their light will be
+// is unknown; light paths know it, and take each by its power.
 fn part_wavelengths() -> u32 {
     if (path.lane == NONE) {
+#if LIGHT_PATHS
+        let total = sum_beta();
+        path.lane = sample_lane(next_1d());
+        for (var k = 0u; k < LANES4; k++) {
+            beta[k] = total * one_hot(path.lane, k);
+        }
+#else
         path.lane = min(u32(next_1d() * f32(LANES)), LANES - 1u);
         for (var k = 0u; k < LANES4; k++) {
             beta[k] *= f32(LANES) * one_hot(path.lane, k);
         }
+#endif
     }
     return path.lane;
 }
@@ -24,7 +33,7 @@ fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, others: vec4u, beyon
         inside = beyond;
         return pass_through(ray, s);
     }
-    if (!count_event()) {
+    if (!count_event(m.kind == MATERIAL_KIND_SMOOTH_DIELECTRIC)) {
         return end_path(ray);
     }
     let flip = select(-1.0, 1.0, enters);
@@ -53,12 +62,13 @@ fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, others: vec4u, beyon
         }
         let d = normalize(ray.d + 2.0 * cos_i * ns);
         inside = here;
+        scale_beta(adjoint_correction(ray.d, d, n, ns));
         let survives = dot(d, n) > 0.0 && survives_roulette();
         return continue_or_end(next_segment(leave(s, d), d, s.primitive, s.p, -1.0), survives);
     }
     for (var k = 0u; k < LANES4; k++) {
         let eta = spectrum(far.eta_row, k) / spectrum(near.eta_row, k);
-        beta[k] *= (1.0 - fresnel_dielectric(cos_i, eta)) / ((1.0 - q) * eta * eta);
+        beta[k] *= (1.0 - fresnel_dielectric(cos_i, eta)) / (1.0 - q) * refracted_radiance(eta);
     }
     var lane = 0u;
 #if DISPERSION
@@ -70,6 +80,7 @@ fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, others: vec4u, beyon
     let cos_t2 = cos_transmitted_squared(cos_i, vec4f(eta)).x;
     let d = normalize(ray.d / eta + (cos_i / eta - sqrt(max(cos_t2, 0.0))) * ns);
     inside = beyond;
+    scale_beta(adjoint_correction(ray.d, d, n, ns));
     let survives = cos_t2 > 0.0 && dot(d, n) < 0.0 && survives_roulette();
     return continue_or_end(next_segment(leave(s, d), d, s.primitive, s.p, -1.0), survives);
 #else
@@ -86,13 +97,13 @@ fn scatter_rough_dielectric(
     if (wo.z <= 0.0) {
         return end_path(ray);
     }
-#if NEE
+#if CONNECT
     let u = next_2d();
-    let light = sample_light(s.p, next_1d(), u);
+    let light = connect(s.p, next_1d(), u);
     let wl = light.wi * frame;
     let lit = light.weight > 0.0 && dot(n, light.wi) * wl.z > 0.0;
     if (lit) {
-        let w = light_mis(light, eval_rough_dielectric(m, wo, wl, near_row, far_row));
+        let w = light_mis(light, eval_rough_dielectric(m, wo, wl, near_row, far_row)) * adjoint_correction(ray.d, light.wi, n, ns);
         for (var k = 0u; k < LANES4; k++) {
             pending[k] = w * beta[k] * bsdf_f[k] * light_spectrum(light, k);
         }
@@ -107,9 +118,10 @@ fn scatter_rough_dielectric(
     }
     let d = normalize(frame * wi);
     inside = select(beyond, here, wi.z > 0.0);
+    scale_beta(adjoint_correction(ray.d, d, n, ns));
     let survives = dot(n, d) * wi.z > 0.0 && survives_roulette();
     let next = next_segment(leave(s, d), d, s.primitive, s.p, pdf);
-#if NEE
+#if CONNECT
     if (lit) {
         return shadow_then(next, survives, light, leave(s, light.wi), s.primitive);
     }

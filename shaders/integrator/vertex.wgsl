@@ -8,26 +8,21 @@ struct Path {
     last_vertex: vec3f, // where that direction was chosen
     crossings: u32, // surfaces passed straight through; bounds the loop
     lane: u32, // the one wavelength left after a dispersive refraction, or NONE
+    first_is_smooth: bool, // the first event was at a smooth mirror or glass
+    start: f32, // mean throughput at the start
 }
 
 var<private> path: Path;
 
-#if NEE
+#if CONNECT
 var<private> next_ray: Ray; // the path's next segment, while its shadow ray is under way
 #if PASS_THROUGH
 var<private> shadow_inside: vec4u; // volumes that the shadow ray is in
 #endif
 #endif
 
-fn begin_path(pixel: vec2u, sample: u32) -> Ray {
-    start_sampler(pixel.y * params.image_width + pixel.x, params.batch, params.seed, sample);
-    pass_base = (sample - params.first_sample) * params.spectra_stride;
-    let ray = start_ray(pixel);
-    path = Path(false, false, 0u, -1.0, ray.o, 0u, NONE);
-#if INTERIORS
-    inside = params.inside;
-#endif
-    return ray;
+fn start_path(ray: Ray) {
+    path = Path(false, false, 0u, -1.0, ray.o, 0u, NONE, false, sum_beta() / f32(LANES));
 }
 
 fn end_path(ray: Ray) -> Ray {
@@ -45,16 +40,31 @@ fn pass_through(ray: Ray, s: Surface) -> Ray {
     return r;
 }
 
+#if CAMERA_PATHS
+// True for light that arrives by way of a smooth surface at a path that began with a scattering: a caustic, which is the light pass's to find.
+fn left_to_light_pass() -> bool {
+#if LIGHT_PASS
+#if SENSOR_CAMERA
+    return path.pdf < 0.0 && path.depth > 0u && !path.first_is_smooth;
+#else
+    return path.pdf < 0.0 && path.depth > 0u;
+#endif
+#else
+    return false;
+#endif
+}
+
 #if LIGHT_AREA
 fn add_emission(ray: Ray, s: Surface) {
     let light = lights[s.light];
-    if (emits_towards(light, -dot(s.n, ray.d))) {
+    if (emits_towards(light, -dot(s.n, ray.d)) && !left_to_light_pass()) {
         let w = mis_weight(path.pdf, pdf_area_light(s.light, path.last_vertex, distance(s.p, path.last_vertex), ray.d, s.n));
         for (var k = 0u; k < LANES4; k++) {
             li[k] += w * beta[k] * spectrum(light.row, k);
         }
     }
 }
+#endif
 #endif
 
 #if MIX
@@ -88,6 +98,11 @@ fn resolve_mixture(first: u32, in_shadow: bool) -> u32 {
 
 // Takes the path over the segment that `hit` ends, and returns its next ray (a shadow ray if path.in_shadow).
 fn advance(ray: Ray, hit: Hit) -> Ray {
+#if LIGHT_PATHS
+#if !SENSOR_CAMERA
+    record_crossing(ray, hit.t);
+#endif
+#endif
 #if MEDIA
     let medium = ruling_interior(inside);
     let t = fly(medium, hit.t);
@@ -98,16 +113,22 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
 #endif
 #endif
     if (hit.primitive == NONE) {
+#if CAMERA_PATHS
 #if LIGHT_ENVIRONMENT
-        add_environment(ray.d, path.pdf);
+        if (!left_to_light_pass()) {
+            add_environment(ray.d, path.pdf);
+        }
+#endif
 #endif
         return end_path(ray);
     }
     let s = surface_at(ray, hit);
+#if CAMERA_PATHS
 #if LIGHT_AREA
     if (s.light != NONE) {
         add_emission(ray, s);
     }
+#endif
 #endif
     var index = material_of(hit.primitive);
 #if MIX
@@ -135,14 +156,15 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
         return pass_through(ray, s);
     }
 #endif
-    if (!count_event()) {
+    let is_smooth = m.kind == MATERIAL_KIND_SMOOTH_CONDUCTOR || m.kind == MATERIAL_KIND_THIN_DIELECTRIC;
+    if (!count_event(is_smooth)) {
         return end_path(ray);
     }
     return scatter_at_surface(ray, s, m);
 }
 
-#if NEE
-// Decides whether the shadow ray that ended in `hit` reached its light, and gives the path back its own ray.
+#if CONNECT
+// Decides whether the shadow ray that ended in `hit` reached its light (or the sensor), and gives the path back its own ray.
 fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
     var visible = hit.primitive == NONE;
 #if PASS_THROUGH
@@ -176,9 +198,13 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
     }
 #endif
     if (visible) {
+#if LIGHT_PATHS
+        splat();
+#else
         for (var k = 0u; k < LANES4; k++) {
             li[k] += pending[k];
         }
+#endif
     }
     path.in_shadow = false;
     path.ended = next_ray.t_max <= 0.0;

@@ -77,6 +77,7 @@ fn sample_environment_image(light: Light, u: vec2f) -> LightSample {
 }
 #endif
 
+#if CAMERA_PATHS
 // Adds what an escaping ray sees; `pdf` is that of its direction, or negative where no light sample could have made it.
 fn add_environment(d: vec3f, pdf: f32) {
     for (var i = FIRST_DISTANT_LIGHT; i < LIGHTS; i++) {
@@ -116,3 +117,4 @@ fn add_environment(d: vec3f, pdf: f32) {
         }
     }
 }
+#endif

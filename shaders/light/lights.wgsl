@@ -57,39 +57,52 @@ fn emits_towards(light: Light, cos_theta: f32) -> bool {
     return cos_theta > 0.0 || light.two_sided != 0u;
 }
 
+// A point of the light's surface, uniform in area.
+struct LightPoint {
+    p: vec3f,
+    n: vec3f,
+}
+
+fn sample_light_surface(light: Light, u: vec2f) -> LightPoint {
+    switch light.kind {
+#if LIGHT_DISC
+        case LIGHT_KIND_DISC: {
+            let c = light.p2.x * sample_disc(u);
+            let f = frame_around(light.p1.xyz);
+            return LightPoint(light.p0.xyz + c.x * f[0] + c.y * f[1], light.p1.xyz);
+        }
+#endif
+#if LIGHT_CYLINDER
+        case LIGHT_KIND_CYLINDER: {
+            let f = frame_around(light.p1.xyz);
+            let phi = 2.0 * PI * u.x;
+            let n = cos(phi) * f[0] + sin(phi) * f[1];
+            return LightPoint(light.p0.xyz + light.p2.y * u.y * light.p1.xyz + light.p2.x * n, n);
+        }
+#endif
+#if LIGHT_SPHERE
+        case LIGHT_KIND_SPHERE: {
+            let z = 1.0 - 2.0 * u.x;
+            let phi = 2.0 * PI * u.y;
+            let rho = sqrt(max(0.0, 1.0 - z * z));
+            let n = vec3f(rho * cos(phi), rho * sin(phi), z);
+            return LightPoint(light.p0.xyz + light.p2.x * n, n);
+        }
+#endif
+        default: {
+            // Low-distortion map to the triangle (Heitz 2019).
+            let b = select(vec2f(0.5 * u.x, u.y - 0.5 * u.x), vec2f(u.x - 0.5 * u.y, 0.5 * u.y), u.x > u.y);
+            let e1 = light.p1.xyz - light.p0.xyz;
+            let e2 = light.p2.xyz - light.p0.xyz;
+            return LightPoint(light.p0.xyz + b.x * e1 + b.y * e2, normalize(cross(e1, e2)));
+        }
+    }
+}
+
 fn sample_area_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
     var s = no_light();
     s.row = light.row;
     s.primitive = light.primitive;
-    var q = light.p0.xyz;
-    var n = light.p1.xyz;
-#if LIGHT_TRIANGLE
-    if (light.kind == LIGHT_KIND_TRIANGLE) {
-        // Uniform on the triangle (Heitz 2019, low-distortion map).
-        let swap = u.y > u.x;
-        let b = select(vec2f(u.x - 0.5 * u.y, 0.5 * u.y), vec2f(0.5 * u.x, u.y - 0.5 * u.x), swap);
-        let e1 = light.p1.xyz - light.p0.xyz;
-        let e2 = light.p2.xyz - light.p0.xyz;
-        q = light.p0.xyz + b.x * e1 + b.y * e2;
-        n = normalize(cross(e1, e2));
-    }
-#endif
-#if LIGHT_DISC
-    if (light.kind == LIGHT_KIND_DISC) {
-        let c = light.p2.x * sample_disc(u);
-        let f = frame_around(n);
-        q = light.p0.xyz + c.x * f[0] + c.y * f[1];
-    }
-#endif
-#if LIGHT_CYLINDER
-    if (light.kind == LIGHT_KIND_CYLINDER) {
-        let axis = light.p1.xyz;
-        let f = frame_around(axis);
-        let phi = 2.0 * PI * u.x;
-        n = cos(phi) * f[0] + sin(phi) * f[1];
-        q = light.p0.xyz + light.p2.y * u.y * axis + light.p2.x * n;
-    }
-#endif
 #if LIGHT_SPHERE
     if (light.kind == LIGHT_KIND_SPHERE) {
         let v = light.p0.xyz - p;
@@ -105,14 +118,11 @@ fn sample_area_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
             s.weight = 1.0 / s.pdf;
             return s;
         }
-        let z = 1.0 - 2.0 * u.x;
-        let phi = 2.0 * PI * u.y;
-        let rho = sqrt(max(0.0, 1.0 - z * z));
-        n = vec3f(rho * cos(phi), rho * sin(phi), z);
-        q = light.p0.xyz + r * n;
     }
 #endif
-    let v = q - p;
+    let point = sample_light_surface(light, u);
+    let n = point.n;
+    let v = point.p - p;
     let d2 = dot(v, v);
     if (d2 == 0.0) {
         return s;
@@ -134,6 +144,7 @@ fn sample_area_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
 #include "light/environment.wgsl"
 #endif
 
+#if CAMERA_PATHS
 // Light incident at `p`, from one light of the scene.
 fn sample_light(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     let index = choose_light(u_choice);
@@ -202,3 +213,4 @@ fn sample_light(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     }
     return s;
 }
+#endif

@@ -15,7 +15,7 @@ fn has_medium(m: Interior) -> bool {
     return m.sigma_a_row != NONE || m.sigma_s_row != NONE;
 }
 
-#if NEE
+#if CONNECT || LIGHT_PATHS
 // pending *= transmittance over `distance` in `interior`.
 fn attenuate_pending(interior: u32, distance: f32) {
     let m = interiors[interior];

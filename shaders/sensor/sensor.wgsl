@@ -1,14 +1,29 @@
 // The ray along which a sample measures, and its weight. Rows of the image run downwards.
 
+#if FILTER_GAUSSIAN
+// Giles, "Approximating the erfinv function", GPU Computing Gems Jade, 2011, single precision.
+fn inverse_erf(x: f32) -> f32 {
+    var w = -log((1.0 - x) * (1.0 + x));
+    if (w < 5.0) {
+        w -= 2.5;
+        return x * (1.50140941 + w * (0.246640727 + w * (-0.00417768164 + w * (-0.00125372503 + w * (0.000218580870
+            + w * (-4.39150654e-6 + w * (-3.5233877e-6 + w * (3.43273939e-7 + w * 2.81022636e-8))))))));
+    }
+    w = sqrt(w) - 3.0;
+    return x * (2.83297682 + w * (1.00167406 + w * (0.00943887047 + w * (-0.0076224613 + w * (0.00573950773
+        + w * (-0.00367342844 + w * (0.00134934322 + w * (0.000100950558 + w * -0.000200214257))))))));
+}
+#endif
+
 // Offset within the pixel, from the reconstruction filter by importance, relative to the pixel's corner.
 fn sample_filter(u: vec2f) -> vec2f {
 #if FILTER_TENT
     let a = 2.0 * u - 1.0;
     return 0.5 + params.filter_radius * sign(a) * (1.0 - sqrt(1.0 - abs(a)));
 #elif FILTER_GAUSSIAN
-    // Box-Muller on the disc of three standard deviations.
-    let r = sqrt(-2.0 * log(1.0 - u.x * 0.98889100346));
-    return 0.5 + params.filter_radius * r * vec2f(cos(2.0 * PI * u.y), sin(2.0 * PI * u.y));
+    // By inversion, cut off at three standard deviations: erf(3 / sqrt 2) = 0.9973002.
+    let x = 0.9973002 * (2.0 * u - 1.0);
+    return 0.5 + params.filter_radius * 1.41421356 * vec2f(inverse_erf(x.x), inverse_erf(x.y));
 #else
     return u;
 #endif

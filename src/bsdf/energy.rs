@@ -19,30 +19,29 @@ pub const MIN_MEAN: f64 = 1e-7;
 /// Loss of one GGX roughness: of a dielectric over cosine and relative index, or of a perfect mirror over the cosine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EnergyTable {
-    /// `m = 1 - E` at the nodes, `[eta][mu]` with `MU_NODES` to a row; one row for a mirror.
+    /// `m = 1 - E`, each the mean over the cell of cosines around its node, `[eta][mu]` with `MU_NODES` to a row; one row for a mirror.
     pub missing: Vec<f64>,
     /// `M = 2 int m mu dmu` of the interpolated row, per row.
     pub mean: Vec<f64>,
 }
 
-/// Facets per side of the quadrature grid.
-const AZIMUTHS: usize = 24;
-const HEIGHTS: usize = 32;
+/// Facets per side of the quadrature grid, and cosines per node.
+const AZIMUTHS: usize = 10;
+const HEIGHTS: usize = 16;
+const COSINES: usize = 8;
+const FACETS: f64 = (AZIMUTHS * HEIGHTS * COSINES) as f64;
 
 impl EnergyTable {
     /// The table of a dielectric interface with GGX width `alpha`: rows are far index over near index.
     pub fn dielectric(alpha: f64) -> Self {
-        let columns: Vec<Vec<f64>> = (0..MU_NODES).into_par_iter().map(|j| dielectric_column(alpha, node_mu(j))).collect();
+        let columns: Vec<Vec<f64>> = (0..MU_NODES).into_par_iter().map(|j| dielectric_column(alpha, j)).collect();
         let missing = (0..ETA_NODES).flat_map(|e| columns.iter().map(move |c| c[e])).collect();
         Self::with_means(missing)
     }
 
     /// The table of a mirror (Fresnel reflectance 1) with GGX width `alpha`.
     pub fn conductor(alpha: f64) -> Self {
-        let missing = (0..MU_NODES).map(|j| {
-            let wi = direction(node_mu(j));
-            1.0 - mean_over_facets(alpha, wi, |m| reflected_share(alpha, wi, m))
-        });
+        let missing = (0..MU_NODES).map(|j| 1.0 - mean_over_facets(alpha, j, |wi, m| reflected_share(alpha, wi, m)));
         Self::with_means(missing.collect())
     }
 
@@ -93,16 +92,27 @@ fn direction(mu: f64) -> DVec3 {
     dvec3(((1.0 - mu) * (1.0 + mu)).sqrt(), 0.0, mu)
 }
 
-/// The mean of `f` over the facets seen from `wi`, by the midpoint rule in the sampling square (symmetric about the plane of incidence).
-fn mean_over_facets(alpha: f64, wi: DVec3, mut f: impl FnMut(DVec3) -> f64) -> f64 {
+/// The mean of `f(wi, m)` over the cell of cosines around node `j`, by projected solid angle, and over the facets `m` seen from each: the
+/// midpoint rule in the sampling square, symmetric about the plane of incidence. Near the critical angle the loss has a peak narrower than
+/// a cell; its mean over the cell keeps its energy, where its value at the node would not.
+fn mean_over_facets(alpha: f64, j: usize, mut f: impl FnMut(DVec3, DVec3) -> f64) -> f64 {
     let mut sum = 0.0;
-    for a in 0..AZIMUTHS {
-        for h in 0..HEIGHTS {
-            let u = [0.5 * (a as f64 + 0.5) / AZIMUTHS as f64, (h as f64 + 0.5) / HEIGHTS as f64];
-            sum += f(ggx::sample_vndf(alpha, wi, u));
+    for c in 0..COSINES {
+        // Equal steps of mu^2 are equal projected solid angles.
+        let (lo, hi) = ((j * j) as f64, ((j + 1) * (j + 1)) as f64);
+        let mu = (lo + (hi - lo) * (c as f64 + 0.5) / COSINES as f64).sqrt() / MU_NODES as f64;
+        let wi = direction(mu);
+        // Each cosine has its own displacement of the grid, so that together they make a finer one.
+        let shift = (c as f64 + 0.5) / COSINES as f64;
+        for a in 0..AZIMUTHS {
+            for h in 0..HEIGHTS {
+                let across = (shift * 3.0).fract();
+                let u = [0.5 * (a as f64 + across) / AZIMUTHS as f64, (h as f64 + shift) / HEIGHTS as f64];
+                sum += f(wi, ggx::sample_vndf(alpha, wi, u));
+            }
         }
     }
-    sum / (AZIMUTHS * HEIGHTS) as f64
+    sum / FACETS
 }
 
 /// `G2 / G1` of the reflection at `m`, 0 if it goes below the surface.
@@ -111,12 +121,11 @@ fn reflected_share(alpha: f64, wi: DVec3, m: DVec3) -> f64 {
     if wo.z > 0.0 { ggx::g2(alpha, wi, wo) / ggx::g1(alpha, wi) } else { 0.0 }
 }
 
-/// `1 - E` over all eta nodes at one cosine: the facets are the same for all.
-fn dielectric_column(alpha: f64, mu: f64) -> Vec<f64> {
-    let wi = direction(mu);
-    let inv_g1 = 1.0 / ggx::g1(alpha, wi);
+/// `1 - E` over all eta nodes around cosine node `j`: the facets are the same for all.
+fn dielectric_column(alpha: f64, j: usize) -> Vec<f64> {
     let mut albedo = vec![0.0; ETA_NODES];
-    mean_over_facets(alpha, wi, |m| {
+    mean_over_facets(alpha, j, |wi, m| {
+        let inv_g1 = 1.0 / ggx::g1(alpha, wi);
         let reflected = reflected_share(alpha, wi, m);
         for (e, sum) in albedo.iter_mut().enumerate() {
             let eta = node_eta(e);
@@ -128,7 +137,7 @@ fn dielectric_column(alpha: f64, mu: f64) -> Vec<f64> {
         }
         0.0
     });
-    albedo.iter().map(|sum| 1.0 - sum / (AZIMUTHS * HEIGHTS) as f64).collect()
+    albedo.iter().map(|sum| 1.0 - sum / FACETS).collect()
 }
 
 /// `2 int m mu dmu` of the piecewise linear row, constant beyond its first and last node.

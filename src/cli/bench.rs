@@ -20,8 +20,9 @@ const EXAMPLES: &str = "Examples:
   abbe bench scenes/*.json --time 10s --json
   abbe bench scenes/compare/pool.json --reference pool.exr
 
-relMSE is the mean over pixels of (Y - Yref)^2 / (Yref^2 + 0.01 <Yref>^2), Y being luminance from the bins. The reference is the EXR given, or
-reference.exr in the folder SCENE (the scene's file without .json) where there is one; it sets the resolution unless --size is given.";
+relMSE is the mean over pixels of (Y - Yref)^2 / (Yref^2 + 0.01 <Yref>^2), Y being luminance from the bins. The reference is the
+EXR given, or reference.exr in the folder SCENE (the scene's file without .json) where there is one; it sets the resolution
+unless --size is given.";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -111,8 +112,8 @@ fn measure(args: &Args, path: &Path) -> Result<Row> {
     Ok(Row { scene: scene.name.clone(), device: device.name, setup, summary: summary?, relative_mse })
 }
 
-/// Mean over pixels of `(Y - Yref)^2 / (Yref^2 + 0.01 <Yref>^2)`. Both luminances come from bin averages by the same weights, so that they differ by
-/// what was rendered alone.
+/// Mean over pixels of `(Y - Yref)^2 / (Yref^2 + 0.01 <Yref>^2)`. Both luminances come from bin averages by the same weights, so
+/// that they differ by what was rendered alone.
 fn relative_mse(film: &Film, path: &Path, reference: &SpectralImage) -> Result<f64> {
     let bins = &film.settings().bins;
     let same_bins = reference.bins() == film.bins()
@@ -166,7 +167,7 @@ impl Row {
             "rays_per_second": p.rays_per_second,
             "relative_error": p.relative_error.is_finite().then_some(p.relative_error),
             "relative_mse": self.relative_mse,
-            "dropped": p.stats.dropped_not_finite + p.stats.dropped_negative,
+            "dropped": p.stats.dropped_not_finite + p.stats.dropped_negative + p.stats.dropped_saturated,
         })
         .to_string()
     }

@@ -8,8 +8,14 @@ use crate::render::Integrator;
 use crate::scene::{Estimator, Scene};
 use serde_json::json;
 
+const EXAMPLES: &str = "Examples:
+  abbe devices
+  abbe render scenes/newton.json --device llvmpipe
+
+A device is chosen by any part of its name; 'reference' is always there.";
+
 #[derive(clap::Args)]
-#[command(after_help = "Examples:\n  abbe devices\n  abbe render scenes/newton.json --device llvmpipe\n\nA device is chosen by any part of its name; 'reference' is always there.")]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// Print a JSON array instead of lines
     #[arg(long)]

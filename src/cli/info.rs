@@ -10,8 +10,17 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+const INFO_EXAMPLES: &str = "Examples:
+  abbe info scenes/newton.json
+  abbe info model.glb
+  abbe info newton.exr --json";
+
+const CHECK_EXAMPLES: &str = "Examples:
+  abbe check scenes/newton.json
+  abbe check my_scene.json --channels 40 && abbe render my_scene.json --channels 40";
+
 #[derive(clap::Args)]
-#[command(after_help = "Examples:\n  abbe info scenes/newton.json\n  abbe info model.glb\n  abbe info newton.exr --json")]
+#[command(after_help = INFO_EXAMPLES)]
 pub struct Args {
     /// Scene (.json), glTF (.gltf, .glb) or spectral EXR
     #[arg(value_name = "FILE")]
@@ -25,7 +34,7 @@ pub struct Args {
 }
 
 #[derive(clap::Args)]
-#[command(after_help = "Examples:\n  abbe check scenes/newton.json\n  abbe check my_scene.json --channels 40 && abbe render my_scene.json --channels 40")]
+#[command(after_help = CHECK_EXAMPLES)]
 pub struct CheckArgs {
     #[command(flatten)]
     scene: SceneArgs,
@@ -119,7 +128,8 @@ fn describe_scene(scene: &Scene) -> Facts {
 }
 
 fn summary(scene: &Scene) -> String {
-    let triangles: usize = scene.shapes.iter().map(|s| if let Geometry::Mesh(mesh) = &s.geometry { mesh.triangles.len() } else { 0 }).sum();
+    let triangles: usize =
+        scene.shapes.iter().map(|s| if let Geometry::Mesh(mesh) = &s.geometry { mesh.triangles.len() } else { 0 }).sum();
     let emitters = scene.shapes.iter().filter(|s| s.emission.is_some()).count();
     format!(
         "{} shapes with {triangles} triangles, {} materials, {} lights, {} interiors",

@@ -45,7 +45,8 @@ impl Overrides {
     }
 }
 
-/// A 64-bit FNV-1a hash of the scene file, so that a picture can be told from that of a changed scene. Files it includes are not hashed.
+/// A 64-bit FNV-1a hash of the scene file, so that a picture can be told from that of a changed scene. Files it includes are not
+/// hashed.
 pub fn hash(path: &std::path::Path) -> Result<String> {
     let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot read: {e}"), "check the path"))?;
     let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325u64, |h, &b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));

@@ -1,7 +1,7 @@
 //! The command line: `abbe render`, `devices`, `info`, `check` and `bench`.
 //!
-//! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 2 the request or its input is at fault (one line says what and
-//! what to do), 130 interrupted by Ctrl-C (what was rendered is written first).
+//! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 2 the request or its input is at
+//! fault (one line says what and what to do), 130 interrupted by Ctrl-C (what was rendered is written first).
 
 mod bench;
 mod device;

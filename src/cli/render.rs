@@ -138,14 +138,18 @@ fn output_paths(args: &Args) -> Result<(PathBuf, PathBuf)> {
         Some(path) => path.clone(),
         None => {
             let stem = args.scene.path.file_stem();
-            let stem = stem.ok_or_else(|| Error::file(&args.scene.path, "this names no file", "give the path of a scene file"))?;
+            let stem =
+                stem.ok_or_else(|| Error::file(&args.scene.path, "this names no file", "give the path of a scene file"))?;
             let mut name = stem.to_os_string();
             name.push(".exr");
             PathBuf::from(name)
         }
     };
     if exr.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
-        return Err(Error::usage(format!("-o {} does not end in .exr", exr.display()), "name the spectral EXR; the .png goes beside it"));
+        return Err(Error::usage(
+            format!("-o {} does not end in .exr", exr.display()),
+            "name the spectral EXR; the .png goes beside it",
+        ));
     }
     let png = exr.with_extension("png");
     Ok((exr, png))
@@ -191,8 +195,13 @@ impl Report<'_> {
         lines.push(format!("on {}: {}rays, {}rays/s", device.name, si(p.stats.rays as f64), si(p.rays_per_second)));
         lines.push(format!("estimated relative error {} from {} batches", percent(p.relative_error), self.summary.batches));
         lines.push(format!(
-            "dropped samples: {} not finite, {} negative; paths cut at depth {}: {} of {}",
-            p.stats.dropped_not_finite, p.stats.dropped_negative, self.scene.max_depth, p.stats.truncated, p.stats.paths
+            "dropped samples: {} not finite, {} negative, {} too large; paths cut at depth {}: {} of {}",
+            p.stats.dropped_not_finite,
+            p.stats.dropped_negative,
+            p.stats.dropped_saturated,
+            self.scene.max_depth,
+            p.stats.truncated,
+            p.stats.paths
         ));
         if let Some((watts, lumens)) = self.flux() {
             lines.push(format!("total flux {watts:.6e} W, {lumens:.6e} lm"));
@@ -226,7 +235,7 @@ impl Report<'_> {
             "rays": p.stats.rays,
             "rays_per_second": p.rays_per_second,
             "relative_error": p.relative_error.is_finite().then_some(p.relative_error),
-            "dropped": {"not_finite": p.stats.dropped_not_finite, "negative": p.stats.dropped_negative},
+            "dropped": {"not_finite": p.stats.dropped_not_finite, "negative": p.stats.dropped_negative, "saturated": p.stats.dropped_saturated},
             "truncated": p.stats.truncated,
             "total_flux": self.flux().map(|(watts, lumens)| json!({"watts": watts, "lumens": lumens})),
             "plan": self.device.plan.lines().collect::<Vec<_>>(),

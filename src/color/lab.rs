@@ -41,7 +41,8 @@ pub fn delta_e_2000(lab1: [f64; 3], lab2: [f64; 3]) -> f64 {
         sum => 0.5 * (sum - 360.0),
     };
     let cos = |degrees: f64| degrees.to_radians().cos();
-    let t = 1.0 - 0.17 * cos(h_mean - 30.0) + 0.24 * cos(2.0 * h_mean) + 0.32 * cos(3.0 * h_mean + 6.0) - 0.20 * cos(4.0 * h_mean - 63.0);
+    let t = 1.0 - 0.17 * cos(h_mean - 30.0) + 0.24 * cos(2.0 * h_mean) + 0.32 * cos(3.0 * h_mean + 6.0)
+        - 0.20 * cos(4.0 * h_mean - 63.0);
     let rotation = 30.0 * (-((h_mean - 275.0) / 25.0).powi(2)).exp();
     let r_c = 2.0 * (c_mean.powi(7) / (c_mean.powi(7) + POW25_7)).sqrt();
     let l50 = (l_mean - 50.0).powi(2);

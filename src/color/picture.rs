@@ -29,7 +29,8 @@ pub fn auto_exposure(xyz: &[[f32; 3]]) -> f64 {
         return 0.0;
     }
     let last = luminance.len() - 1;
-    let mut percentile = |share: f64| f64::from(*luminance.select_nth_unstable_by((share * last as f64).round() as usize, f32::total_cmp).1);
+    let mut percentile =
+        |share: f64| f64::from(*luminance.select_nth_unstable_by((share * last as f64).round() as usize, f32::total_cmp).1);
     let (high, usual) = (percentile(0.99), percentile(0.90));
     let white = if usual * 500.0 < high { high } else { high.min(6.0 * usual) };
     (0.9 * xyz_of_unit(Observer::Cie1931)[1] / white).log2()

@@ -1,12 +1,14 @@
 //! The film on the host: for every pixel and channel the mean over batches and its standard error.
 //!
-//! A channel is a wavelength bin (mean radiance over the bin, W m^-2 sr^-1 nm^-1, or irradiance, W m^-2 nm^-1, for irradiance sensors) or,
-//! after the bins, one of CIE X, Y, Z (683.002 times the integral of radiance and matching function: cd m^-2, or lx).
+//! A channel is a wavelength bin (mean radiance over the bin, W m^-2 sr^-1 nm^-1, or irradiance, W m^-2 nm^-1, for irradiance
+//! sensors) or, after the bins, one of CIE X, Y, Z (683.002 times the integral of radiance and matching function: cd m^-2, or
+//! lx).
 //!
-//! Errors come from batches, not from single samples: samples of one batch may be correlated (low-discrepancy points, shared photons), batches are
-//! not. A batch of `spp` samples has weight `spp`; with batch means `x_i` and weights `w_i` summing to `W`, the mean is `sum w_i x_i / W` and its
-//! variance `sum w_i (x_i - mean)^2 / ((n - 1) W)`, kept by the weighted recurrence of West (1979), "Updating mean and variance estimates".
-//! With equal weights, as in any render but for its last batch, that is the textbook s^2 / n.
+//! Errors come from batches, not from single samples: samples of one batch may be correlated (low-discrepancy points, shared
+//! photons), batches are not. A batch of `spp` samples has weight `spp`; with batch means `x_i` and weights `w_i` summing to `W`,
+//! the mean is `sum w_i x_i / W` and its variance `sum w_i (x_i - mean)^2 / ((n - 1) W)`, kept by the weighted recurrence of West
+//! (1979), "Updating mean and variance estimates". With equal weights, as in any render but for its last batch, that is the
+//! textbook s^2 / n.
 //!
 //! Memory: `16 (bins + 3) + 12` bytes per pixel, 380 for 20 bins.
 
@@ -77,11 +79,12 @@ impl Film {
         pixels.saturating_mul(16 * (u64::from(settings.bins.count) + 3) + 12)
     }
 
-    /// Adds one batch to the pixels of `tile`. `sums` holds `[pixel][bins + 3]` sums over the batch's `spp` samples of each bin's mean
-    /// radiance, then of X, Y, Z. Every pixel of the film is to be in one tile of every batch.
+    /// Adds one batch to the pixels of `tile`. `sums` holds `[pixel][bins + 3]` sums over the batch's `spp` samples of each bin's
+    /// mean radiance, then of X, Y, Z. Every pixel of the film is to be in one tile of every batch.
     ///
     /// # Panics
-    /// If the tile is not inside the film, `sums` has the wrong length or `spp` is 0: the caller's mistakes, which no input can make.
+    /// If the tile is not inside the film, `sums` has the wrong length or `spp` is 0: the caller's mistakes, which no input can
+    /// make.
     pub fn add_batch(&mut self, tile: Tile, sums: &[f32], spp: u32) {
         let (width, height, channels) = (self.settings.width, self.settings.height, self.channels);
         assert!(tile.x + tile.width <= width && tile.y + tile.height <= height, "tile {tile:?} leaves the {width}x{height} film");
@@ -177,10 +180,14 @@ impl Film {
         self.standard_error(pixel, self.bins() + 1)
     }
 
-    /// The film's estimate of its own error: the root over pixels of the mean of `sigma^2 / (Y^2 + 0.01 <Y>^2)`, sigma being the standard error of Y
-    /// and `<Y>` its mean over the film; the second term keeps dark pixels from ruling. Infinite before the second batch, 0 for a black film.
+    /// The film's estimate of its own error: the root over pixels of the mean of `sigma^2 / (Y^2 + 0.01 <Y>^2)`, sigma being the
+    /// standard error of Y and `<Y>` its mean over the film; the second term keeps dark pixels from ruling. Infinite before the
+    /// second batch, and for a black film, which says nothing about itself.
     pub fn relative_error(&self) -> f64 {
         let mean = self.mean_of(self.bins() + 1);
+        if mean == 0.0 {
+            return f64::INFINITY;
+        }
         let floor = 0.01 * mean * mean;
         let sum: f64 = (0..self.pixels())
             .map(|pixel| {
@@ -206,7 +213,8 @@ impl Film {
         self.weight.iter().copied().reduce(f64::min).unwrap_or(0.0) as u64
     }
 
-    /// Total flux through an irradiance sensor of `area` m^2, whose pixels all have the same area: W nm^-1 of each bin, then X, Y (lm) and Z.
+    /// Total flux through an irradiance sensor of `area` m^2, whose pixels all have the same area: W nm^-1 of each bin, then X, Y
+    /// (lm) and Z.
     pub fn total_flux(&self, area: f64) -> Vec<f64> {
         (0..self.channels).map(|channel| area * self.mean_of(channel)).collect()
     }
@@ -216,9 +224,9 @@ impl Film {
         FilmSettings { width: settings.width.div_ceil(size), height: settings.height.div_ceil(size), ..settings.clone() }
     }
 
-    /// Means over blocks of `size` x `size` pixels (less at the right and lower rim), `[block][bins + 3]`. Pixels of one batch are correlated,
-    /// so the error of a block does not follow from those of its pixels: render every batch into a film of its own and add its block means to a
-    /// film of [`Film::block_settings`], as [`crate::render::render_blocks`] does.
+    /// Means over blocks of `size` x `size` pixels (less at the right and lower rim), `[block][bins + 3]`. Pixels of one batch
+    /// are correlated, so the error of a block does not follow from those of its pixels: render every batch into a film of its
+    /// own and add its block means to a film of [`Film::block_settings`], as [`crate::render::render_blocks`] does.
     pub fn block_means(&self, size: u32) -> Vec<f64> {
         let blocks = Self::block_settings(&self.settings, size);
         let mut sums = vec![0.0; blocks.width as usize * blocks.height as usize * self.channels];

@@ -122,7 +122,12 @@ impl Gpu {
     pub fn empty_storage(&self, label: &str, size: u64) -> Result<wgpu::Buffer> {
         if size > self.max_binding() {
             return Err(Error::device(
-                format!("the scene's {label} need {} MiB, {} binds at most {} MiB", size >> 20, self.info.name, self.max_binding() >> 20),
+                format!(
+                    "the scene's {label} need {} MiB, {} binds at most {} MiB",
+                    size >> 20,
+                    self.info.name,
+                    self.max_binding() >> 20
+                ),
                 "use a smaller scene or another adapter",
             ));
         }
@@ -153,7 +158,10 @@ impl Gpu {
     }
 
     fn lost(&self, e: &dyn fmt::Display) -> Error {
-        Error::device(format!("{} stopped answering: {e}", self.info.name), "render again, or choose another adapter with --device")
+        Error::device(
+            format!("{} stopped answering: {e}", self.info.name),
+            "render again, or choose another adapter with --device",
+        )
     }
 
     /// Copies a buffer's first `size` bytes back.

@@ -19,14 +19,12 @@ impl Kernel {
     /// [`Error::Device`] if assembly or compilation fails, which is a defect of Abbe or of the driver.
     pub fn new(gpu: &Gpu, root: &str, constants: &str, features: &BTreeMap<&str, bool>) -> Result<Self> {
         let prelude = format!("{}{}{constants}", layout::WGSL_CONSTANTS, layout::WGSL_RECORDS);
-        let defect = |e: String| Error::device(format!("shader {root}: {e}"), "this is a defect of Abbe: please report it with the scene");
+        let defect =
+            |e: String| Error::device(format!("shader {root}: {e}"), "this is a defect of Abbe: please report it with the scene");
         let source = shader::assemble(root, &prelude, features).map_err(defect)?;
         let module = wgpu::naga::front::wgsl::parse_str(&source).map_err(|e| defect(e.emit_to_string(&source)))?;
-        let bindings = module
-            .global_variables
-            .iter()
-            .filter_map(|(_, v)| Some((v.name.clone()?, v.binding.as_ref()?.binding)))
-            .collect();
+        let bindings =
+            module.global_variables.iter().filter_map(|(_, v)| Some((v.name.clone()?, v.binding.as_ref()?.binding))).collect();
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let descriptor = wgpu::ShaderModuleDescriptor { label: Some(root), source: wgpu::ShaderSource::Wgsl(source.into()) };
         // SAFETY: indices are made by the host from the same lists as the buffers, and every loop is bounded or ends with a path; the tests run
@@ -57,7 +55,10 @@ impl Kernel {
         let mut entries = Vec::new();
         for (name, binding) in &self.bindings {
             let Some((_, buffer)) = buffers.iter().find(|(n, _)| n == name) else {
-                return Err(Error::device(format!("the kernel's buffer {name} was not given"), "this is a defect of Abbe: please report it"));
+                return Err(Error::device(
+                    format!("the kernel's buffer {name} was not given"),
+                    "this is a defect of Abbe: please report it",
+                ));
             };
             entries.push(wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() });
         }

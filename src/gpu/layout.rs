@@ -53,7 +53,6 @@ macro_rules! shared_constants {
 
 use glam::{UVec4, Vec4};
 
-
 shared_constants! {
     /// "Nothing", for indices.
     NO_INDEX = 0xffffffff;
@@ -103,18 +102,22 @@ shared_constants! {
     LIGHT_KIND_IMAGE = 9;
     /// Surfaces in a row that a ray may pass straight through before it is given up.
     MAX_CROSSINGS = 10000;
-    /// Rays traced (low word; a dispatch stays below 2^32).
-    COUNTER_RAYS_LOW = 0;
+    /// Rays traced.
+    COUNTER_RAYS = 0;
     /// Samples dropped as not finite.
     COUNTER_NOT_FINITE = 1;
     /// Samples dropped as negative.
     COUNTER_NEGATIVE = 2;
     /// Paths cut at the greatest depth.
     COUNTER_TRUNCATED = 3;
+    /// Splats too large for the fixed-point film.
+    COUNTER_SATURATED = 4;
+    /// Quanta of X, Y, Z are this much larger than those of bins, as their values are.
+    XYZ_RATIO = 13660;
 }
 
 /// Number of counters.
-pub const COUNTERS: usize = 4;
+pub const COUNTERS: usize = 5;
 
 shared_records! {
     /// Uniforms of a dispatch of the camera pass.
@@ -147,6 +150,14 @@ shared_records! {
         spectra_stride: u32,
         /// Radius of a tent, standard deviation of a Gaussian; pixels.
         filter_radius: f32,
+        /// Light paths per pass.
+        light_paths: u32,
+        /// Quanta per unit of a splat.
+        inverse_quantum: f32,
+        /// How far a pixel's filter reaches from its centre, pixels.
+        filter_reach: f32,
+        /// Longer than any way through the scene, m.
+        scene_diameter: f32,
         /// Unused.
         pad_0: u32,
         /// Unused.
@@ -163,6 +174,12 @@ shared_records! {
         half_extent: Vec4,
         /// Ranks of the volumes that rays start in.
         inside: UVec4,
+        /// Sphere around all that can bend light: centre, radius.
+        bend_target: Vec4,
+        /// Plane sensor: q . dual_u runs from 0 to 1 along its edge u; w is its area.
+        dual_u: Vec4,
+        /// Likewise along its edge v.
+        dual_v: Vec4,
     }
 
     /// A material.
@@ -229,5 +246,7 @@ shared_records! {
         alias_index: u32,
         /// Area of the primitive, m^2.
         area: f32,
+        /// Ranks of the volumes that it lies in.
+        inside: UVec4,
     }
 }

@@ -1,12 +1,13 @@
 //! The list of lights for next-event estimation: every emitting primitive and every light that is no shape, with an alias table by power.
 
 use super::layout::{self, Light, NO_INDEX};
-use super::scene::{Rows, SpectrumRow, alias_table};
+use super::scene::{Rows, SpectrumRow, alias_table, rank};
 use crate::error::{Error, Result};
 use crate::geometry::{Bounds, corners, triangle_area};
+use crate::reference::initial_interiors;
 use crate::scene::{self, EnvironmentMap, Geometry, Scene};
 use crate::spectrum::upsample;
-use glam::{DVec3, Vec4};
+use glam::{DVec3, UVec4, Vec4};
 use std::f64::consts::PI;
 
 /// Lights as buffers.
@@ -21,6 +22,8 @@ pub(super) struct Lights {
     pub first_distant: usize,
     /// Index of the environment picture, or of nothing.
     pub environment_light: usize,
+    /// Power of all lights, mean over the film's range, W nm^-1.
+    pub power: f64,
 }
 
 fn vec4(v: DVec3) -> Vec4 {
@@ -32,8 +35,12 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, bounds: Bounds, origin: DVec
     let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
     let radius = if bounds.is_empty() { 1.0 } else { 0.5 * (bounds.max - bounds.min).length() };
     let at = |p: DVec3| vec4(p - origin);
-    let mut records = Vec::new();
+    let mut records: Vec<Light> = Vec::new();
     let mut powers = Vec::new();
+    let mut inside = places(scene).into_iter().map(|set| {
+        ranks(scene, &set)
+            .ok_or_else(|| Error::usage("a light lies inside more than 4 nested volumes", "move it out of some of them"))
+    });
     let mut of_primitive = Vec::new();
     for shape in &scene.shapes {
         let count = if let Geometry::Mesh(m) = &shape.geometry { m.triangles.len() } else { 1 };
@@ -41,6 +48,7 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, bounds: Bounds, origin: DVec
             of_primitive.extend(std::iter::repeat_n(NO_INDEX, count));
             continue;
         };
+        let inside = inside.next().unwrap_or(Ok(UVec4::ZERO))?;
         let row = rows.spectrum(&emission.radiance);
         let exitance = PI * emission.radiance.mean(lo, hi) * if emission.two_sided { 2.0 } else { 1.0 };
         for i in 0..count {
@@ -63,19 +71,19 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, bounds: Bounds, origin: DVec
             powers.push(exitance * area);
             let primitive = of_primitive.len() as u32 - 1;
             let (two_sided, area) = (u32::from(emission.two_sided), area as f32);
-            records.push(Light { kind, row, primitive, two_sided, p0, p1, p2, area, ..Default::default() });
+            records.push(Light { kind, row, primitive, two_sided, p0, p1, p2, area, inside, ..Default::default() });
         }
     }
     let mut environment = Vec::new();
     let mut environment_light = NO_INDEX as usize;
     // Lights at a place first, those from infinity last.
-    let is_distant = |l: &&scene::Light| {
-        matches!(l, scene::Light::Sun { .. } | scene::Light::Constant { .. } | scene::Light::Image(_))
-    };
+    let is_distant =
+        |l: &&scene::Light| matches!(l, scene::Light::Sun { .. } | scene::Light::Constant { .. } | scene::Light::Image(_));
     let (distant, near): (Vec<_>, Vec<_>) = scene.lights.iter().partition(is_distant);
     let first_distant = records.len() + near.len();
     for light in near.into_iter().chain(distant) {
-        let none = Light { primitive: NO_INDEX, ..Default::default() };
+        let inside = if is_distant(&light) { UVec4::ZERO } else { inside.next().unwrap_or(Ok(UVec4::ZERO))? };
+        let none = Light { primitive: NO_INDEX, inside, ..Default::default() };
         let (record, power) = match light {
             scene::Light::Point { position, intensity } => (
                 Light { kind: layout::LIGHT_KIND_POINT, row: rows.spectrum(intensity), p0: at(*position), ..none },
@@ -135,7 +143,44 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, bounds: Bounds, origin: DVec
         record.alias_threshold = threshold as f32;
         record.alias_index = alias;
     }
-    Ok(Lights { records, of_primitive, environment, first_distant, environment_light })
+    Ok(Lights { records, of_primitive, environment, first_distant, environment_light, power: powers.iter().sum() })
+}
+
+/// The volumes around every emitting shape, then around every light that has a place.
+fn places(scene: &Scene) -> Vec<Vec<usize>> {
+    let emitting = scene.shapes.iter().filter(|s| s.emission.as_ref().is_some_and(|e| !e.radiance.is_zero()));
+    // A point just off the surface, on the side that it lights.
+    let off = |p: DVec3, n: DVec3| p + n * (1e-9 * p.abs().max_element().max(1e-3));
+    let mut points: Vec<DVec3> = emitting
+        .map(|s| match &s.geometry {
+            Geometry::Mesh(mesh) => {
+                let [a, b, c] = if mesh.triangles.is_empty() { [DVec3::ZERO; 3] } else { corners(mesh, 0) };
+                off((a + b + c) / 3.0, (b - a).cross(c - a).normalize_or_zero())
+            }
+            Geometry::Sphere { center, radius } => off(*center + DVec3::Y * *radius, DVec3::Y),
+            Geometry::Disc { center, normal, .. } => off(*center, *normal),
+            Geometry::Cylinder { base, axis, length, radius } => {
+                let n = axis.any_orthonormal_vector();
+                off(base + axis * (0.5 * length) + n * *radius, n)
+            }
+        })
+        .collect();
+    points.extend(scene.lights.iter().filter_map(|l| match l {
+        scene::Light::Point { position, .. } | scene::Light::Spot { position, .. } => Some(*position),
+        scene::Light::Beam { origin, .. } => Some(*origin),
+        _ => None,
+    }));
+    initial_interiors(scene, &points)
+}
+
+/// A path's set of volumes, or `None` if it holds more than fit.
+pub fn ranks(scene: &Scene, interiors: &[usize]) -> Option<UVec4> {
+    let mut out = [0; 4];
+    if interiors.len() > out.len() {
+        return None;
+    }
+    interiors.iter().zip(&mut out).for_each(|(&i, r)| *r = rank(scene, i));
+    Some(UVec4::from_array(out))
 }
 
 fn size(x: f64, y: f64) -> Vec4 {

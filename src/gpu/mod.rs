@@ -10,4 +10,5 @@ pub mod shader;
 
 pub use adapter::{AdapterInfo, Gpu, list_adapters};
 pub use kernel::Kernel;
-pub use scene::{GpuScene, SpectrumRow, rank};
+pub use lights::ranks;
+pub use scene::{GpuScene, SpectrumRow};

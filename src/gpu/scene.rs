@@ -75,12 +75,14 @@ pub struct GpuScene {
     pub constants: String,
     /// Subtracted from world positions: the middle of the scene.
     pub origin: DVec3,
+    /// Power of all lights, mean over the film's range, W nm^-1.
+    pub power: f64,
     /// Bytes in all buffers.
     pub bytes: u64,
 }
 
 /// Rank of a volume in a path's set.
-pub fn rank(scene: &Scene, interior: usize) -> u32 {
+pub(super) fn rank(scene: &Scene, interior: usize) -> u32 {
     if interior == 0 { 0 } else { 1 << 31 | u32::from(scene.interiors[interior].priority) << 16 | interior as u32 }
 }
 
@@ -125,7 +127,8 @@ impl GpuScene {
             lights.first_distant,
             lights.environment_light,
         );
-        Ok(Self { buffers, rows: rows.0, constants, origin, bytes })
+        let power = lights.power;
+        Ok(Self { buffers, power, rows: rows.0, constants, origin, bytes })
     }
 }
 
@@ -230,7 +233,6 @@ pub(super) fn alias_table(weights: &[f64]) -> Vec<(f64, f64, u32)> {
     }
     out
 }
-
 
 #[cfg(test)]
 mod tests {

@@ -27,7 +27,8 @@ fn include(path: &str, features: &BTreeMap<&str, bool>, seen: &mut HashSet<Strin
     if !seen.insert(path.to_string()) {
         return Ok(());
     }
-    let text = SHADERS.get_file(path).and_then(|f| f.contents_utf8()).ok_or_else(|| format!("shader file {path} does not exist"))?;
+    let text =
+        SHADERS.get_file(path).and_then(|f| f.contents_utf8()).ok_or_else(|| format!("shader file {path} does not exist"))?;
     let mut branches: Vec<Branch> = Vec::new();
     for (number, line) in text.lines().enumerate() {
         let at = |problem: &str| format!("shaders/{path}:{}: {problem}", number + 1);

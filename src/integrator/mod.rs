@@ -1,9 +1,9 @@
 //! From a scene to radiance on the film: the plan, the wavelengths of each pass, and the passes.
 
-mod camera_pass;
+mod gpu_integrator;
 mod plan;
 mod wavelengths;
 
-pub use camera_pass::GpuIntegrator;
-pub use plan::Plan;
+pub use gpu_integrator::GpuIntegrator;
+pub use plan::{Features, Plan};
 pub use wavelengths::{Stratum, Wavelengths};

@@ -5,16 +5,21 @@ use crate::scene::{Filter, Geometry, Light, Material, Scene, Sensor};
 use std::collections::BTreeMap;
 use std::fmt;
 
+/// Names of features and whether they are there.
+pub type Features = BTreeMap<&'static str, bool>;
+
 /// The features of a scene's kernels.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// Every feature that shaders may ask for, and whether this scene has it.
-    pub features: BTreeMap<&'static str, bool>,
+    /// Every feature that the camera pass's shaders may ask for, and whether this scene has it.
+    pub camera: Features,
+    /// Likewise for the light pass, if the scene has one: something bends light, and something scatters it to the sensor.
+    pub light: Option<Features>,
     /// Wavelengths that a path carries.
     pub lanes: u32,
     /// Wavelength bins of the film.
     pub bins: u32,
-    /// Lights that camera paths cannot find through glass or in mirrors, and what to do, one line each.
+    /// Light that no pass finds, and what to do, one line each.
     pub blind_spots: Vec<String>,
 }
 
@@ -67,9 +72,7 @@ impl Plan {
             ("INTERIORS", interiors),
             ("MEDIA", scattering || absorbing),
             ("SCATTERING", scattering),
-            ("LANE_CHOICE", scattering || rough_dielectric),
             ("PASS_THROUGH", boundary || volumes_overlap(scene)),
-            ("NEE", lights && (diffuse || rough_dielectric || rough_conductor || scattering)),
             ("LIGHTS_PRESENT", lights),
             ("LIGHT_AREA", area),
             ("LIGHT_TRIANGLE", emits(&|g| matches!(g, Geometry::Mesh(_)))),
@@ -90,13 +93,35 @@ impl Plan {
             ("FILTER_GAUSSIAN", matches!(scene.film.filter, Filter::Gaussian { .. })),
             ("MANY_BINS", lanes != scene.film.bins.count),
         ]);
-        let specular = smooth_dielectric || smooth_conductor || thin;
-        Plan { features, lanes, bins: scene.film.bins.count, blind_spots: blind_spots(scene, specular) }
+        let camera = matches!(scene.sensor, Sensor::Perspective { .. } | Sensor::Orthographic { .. });
+        let scatters = diffuse || rough_dielectric || rough_conductor || scattering;
+        let bends = smooth_dielectric || smooth_conductor || thin;
+        let light_pass = lights && bends && (scatters || !camera);
+        let mut base = features;
+        base.extend([("SENSOR_CAMERA", camera), ("LIGHT_PASS", light_pass)]);
+        let variant = |light_paths: bool| {
+            let mut f = base.clone();
+            f.extend([
+                ("CAMERA_PATHS", !light_paths),
+                ("LIGHT_PATHS", light_paths),
+                ("CONNECT", scatters && lights && (camera || !light_paths)),
+                ("LANE_CHOICE", scattering || rough_dielectric || (light_paths && dispersion)),
+                ("ADJOINT_NORMALS", light_paths && base["SMOOTH_NORMALS"]),
+            ]);
+            f
+        };
+        Plan {
+            camera: variant(false),
+            light: light_pass.then(|| variant(true)),
+            lanes,
+            bins: scene.film.bins.count,
+            blind_spots: if bends { blind_spots(scene) } else { Vec::new() },
+        }
     }
 
     /// True if the scene has this feature. Panics on an unknown name, which is a defect.
     pub fn has(&self, feature: &str) -> bool {
-        self.features[feature]
+        self.camera[feature]
     }
 
     /// WGSL constants of the plan.
@@ -146,12 +171,9 @@ fn volumes_overlap(scene: &Scene) -> bool {
     boxes.iter().enumerate().any(|(i, a)| boxes[..i].iter().any(|b| a.overlaps(b)))
 }
 
-/// What camera paths alone cannot see.
-fn blind_spots(scene: &Scene, specular: bool) -> Vec<String> {
+/// What neither pass can see.
+fn blind_spots(scene: &Scene) -> Vec<String> {
     let mut out = Vec::new();
-    if !specular {
-        return out;
-    }
     let kinds = scene.lights.iter().filter_map(|l| match l {
         Light::Point { .. } => Some("point light"),
         Light::Spot { .. } => Some("spot light"),
@@ -161,7 +183,7 @@ fn blind_spots(scene: &Scene, specular: bool) -> Vec<String> {
     });
     for kind in kinds {
         let line = format!(
-            "the {kind} lights surfaces directly, but its caustics through smooth glass or mirrors are not found: a path cannot hit a light of no size; \
+            "caustics of the {kind} that are themselves seen through smooth glass or in mirrors: a path cannot hit a light of no size; \
              give it a size (a small emitting sphere or disc, a sun with an angle) to see them"
         );
         if !out.contains(&line) {
@@ -174,8 +196,18 @@ fn blind_spots(scene: &Scene, specular: bool) -> Vec<String> {
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "plan: camera paths of {} wavelengths into {} bins", self.lanes, self.bins)?;
+        if self.light.is_some() {
+            writeln!(f, "  caustics: light paths, joined to the sensor")?;
+        }
         let groups: [(&str, &[(&str, &str)]); 4] = [
-            ("shapes", &[("QUADRICS", "analytic shapes"), ("SMOOTH_NORMALS", "smooth normals"), ("PASS_THROUGH", "surfaces to pass through")]),
+            (
+                "shapes",
+                &[
+                    ("QUADRICS", "analytic shapes"),
+                    ("SMOOTH_NORMALS", "smooth normals"),
+                    ("PASS_THROUGH", "surfaces to pass through"),
+                ],
+            ),
             (
                 "materials",
                 &[
@@ -193,7 +225,7 @@ impl fmt::Display for Plan {
             (
                 "lights",
                 &[
-                    ("NEE", "sampled directly"),
+                    ("CONNECT", "sampled directly"),
                     ("LIGHT_TRIANGLE", "meshes"),
                     ("LIGHT_SPHERE", "spheres"),
                     ("LIGHT_DISC", "discs"),

@@ -1,16 +1,16 @@
 //! The spectral EXR: Fichet, Pacanowski & Wilkie, "An OpenEXR Layout for Spectral Images", JCGT 10(3), 2021.
 //!
 //! Channels, all 32-bit float:
-//! - `S0.390,000000nm` for every bin, named by its centre: mean radiance over the bin, W m^-2 sr^-1 nm^-1 (irradiance, W m^-2 nm^-1, from an irradiance
-//!   sensor; the attribute `abbe.quantity` says which);
-//! - `R`, `G`, `B`: linear sRGB for viewers, the film's XYZ times 2^`EV`, where at `EV` 0 the equal-energy spectrum of 1 W m^-2 sr^-1 nm^-1 has
-//!   luminance 1, as in [`crate::color::picture`];
+//! - `S0.390,000000nm` for every bin, named by its centre: mean radiance over the bin, W m^-2 sr^-1 nm^-1 (irradiance, W m^-2
+//!   nm^-1, from an irradiance sensor; the attribute `abbe.quantity` says which);
+//! - `R`, `G`, `B`: linear sRGB for viewers, the film's XYZ times 2^`EV`, where at `EV` 0 the equal-energy spectrum of 1 W m^-2
+//!   sr^-1 nm^-1 has luminance 1, as in [`crate::color::picture`];
 //! - `XYZ.X`, `XYZ.Y`, `XYZ.Z`: CIE 1931 in cd m^-2 (or lx), accumulated at the sampled wavelengths;
 //! - `error.Y`, on request: the standard error of `XYZ.Y`;
 //! - `error.390,000000nm`, on request: the standard error of that bin.
 //!
-//! The prefixes keep what is not a spectral channel from readers of the layout, and a bare `Y` from viewers that would take the file for a
-//! luminance-chroma picture.
+//! The prefixes keep what is not a spectral channel from readers of the layout, and a bare `Y` from viewers that would take the
+//! file for a luminance-chroma picture.
 
 use super::replace_file;
 use crate::color::cie::xyz_of_unit;
@@ -58,26 +58,28 @@ pub enum ErrorChannels {
     All,
 }
 
-/// Writes `film` as a spectral EXR (lossless ZIP), block by block from the film: no second copy of the picture is held. By a temporary file and a rename.
+/// Writes `film` as a spectral EXR (lossless ZIP), block by block from the film: no second copy of the picture is held. By a
+/// temporary file and a rename.
 ///
 /// # Errors
 /// [`crate::Error::File`] where the file cannot be written; what was there before stays.
 pub fn write_exr(path: &Path, film: &Film, provenance: &Provenance, errors: ErrorChannels) -> Result<()> {
     let settings = film.settings();
     let size = Vec2(settings.width as usize, settings.height as usize);
-    let source = FilmChannels { film, gain: provenance.exposure.unwrap_or(0.0).exp2() / xyz_of_unit(Observer::Cie1931)[1], channels: channels(film, errors) };
-    let encoding = Encoding { compression: Compression::ZIP16, blocks: exr::image::Blocks::ScanLines, line_order: LineOrder::Increasing };
-    let mut layer = LayerAttributes::default();
-    layer.software_name = Some(text(concat!("Abbe ", env!("CARGO_PKG_VERSION"))));
-    layer.other.extend(attributes(film, provenance).into_iter().map(|(name, value)| (text(name), value)));
+    let source = FilmChannels {
+        film,
+        gain: provenance.exposure.unwrap_or(0.0).exp2() / xyz_of_unit(Observer::Cie1931)[1],
+        channels: channels(film, errors),
+    };
+    let encoding =
+        Encoding { compression: Compression::ZIP16, blocks: exr::image::Blocks::ScanLines, line_order: LineOrder::Increasing };
+    let software_name = Some(text(concat!("Abbe ", env!("CARGO_PKG_VERSION"))));
+    let other = attributes(film, provenance).into_iter().map(|(name, value)| (text(name), value)).collect();
+    let layer = LayerAttributes { software_name, other, ..LayerAttributes::default() };
     let mut image = Image::from_layer(Layer::new(size, layer, encoding, source));
     // Without it `R G B` would mean the same (the default is Rec. 709), but not say so.
-    image.attributes.chromaticities = Some(Chromaticities {
-        red: Vec2(0.64, 0.33),
-        green: Vec2(0.3, 0.6),
-        blue: Vec2(0.15, 0.06),
-        white: Vec2(0.3127, 0.329),
-    });
+    image.attributes.chromaticities =
+        Some(Chromaticities { red: Vec2(0.64, 0.33), green: Vec2(0.3, 0.6), blue: Vec2(0.15, 0.06), white: Vec2(0.3127, 0.329) });
     replace_file(path, |file| image.write().to_buffered(file))
 }
 
@@ -116,6 +118,7 @@ fn attributes(film: &Film, p: &Provenance) -> Vec<(&'static str, AttributeValue)
         ("abbe.rays", count(p.stats.rays)),
         ("abbe.droppedNotFinite", count(p.stats.dropped_not_finite)),
         ("abbe.droppedNegative", count(p.stats.dropped_negative)),
+        ("abbe.droppedSaturated", count(p.stats.dropped_saturated)),
         ("abbe.truncated", count(p.stats.truncated)),
     ]
 }

@@ -77,7 +77,8 @@ impl SpectralImage {
             data.iter_mut().skip(b).step_by(bins.len()).zip(values).for_each(|(to, &from)| *to = from);
         }
         let header = image.attributes.other.iter().chain(&layer.attributes.other);
-        let mut attributes: Vec<(String, String)> = header.filter_map(|(name, value)| Some((name.to_string(), plain(value)?))).collect();
+        let mut attributes: Vec<(String, String)> =
+            header.filter_map(|(name, value)| Some((name.to_string(), plain(value)?))).collect();
         let software = layer.attributes.software_name.as_ref();
         attributes.extend(software.map(|name: &Text| ("software".to_string(), name.to_string())));
         attributes.sort();
@@ -107,7 +108,8 @@ impl SpectralImage {
 
 /// Refuses a header that promises more pixels than the file can hold, before anyone allocates for them.
 fn check_size(bytes: &[u8]) -> std::result::Result<(), String> {
-    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| format!("not a readable EXR: {e}"))?;
+    let meta =
+        exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| format!("not a readable EXR: {e}"))?;
     for header in &meta.headers {
         let (width, height) = (header.layer_size.width() as u128, header.layer_size.height() as u128);
         let per_pixel: u128 = header.channels.list.iter().map(|c| c.sample_type.bytes_per_sample() as u128).sum();
@@ -134,20 +136,19 @@ fn plain(value: &AttributeValue) -> Option<String> {
     }
 }
 
-/// The wavelength in nm of a channel `S0.<number><prefix><m|Hz>`, the number with a decimal comma (the layout's grammar, section 3 of the paper); `None` for
-/// any other channel.
+/// The wavelength in nm of a channel `S0.<number><prefix><m|Hz>`, the number with a decimal comma (the layout's grammar, section
+/// 3 of the paper); `None` for any other channel.
 fn wavelength_nm(channel: &str) -> Option<f64> {
-    const PREFIXES: [(&str, i32); 15] = [
-        ("Y", 24), ("Z", 21), ("E", 18), ("P", 15), ("T", 12), ("G", 9), ("M", 6), ("k", 3),
-        ("h", 2), ("d", -1), ("c", -2), ("m", -3), ("u", -6), ("n", -9), ("p", -12),
-    ]; // "da" is no use for light
+    // SI prefixes but "da", which is no use for light.
+    const PREFIXES: &str = "YZEPTGMkhdcmunp";
+    const EXPONENTS: [i32; 15] = [24, 21, 18, 15, 12, 9, 6, 3, 2, -1, -2, -3, -6, -9, -12];
     let rest = channel.strip_prefix("S0.")?;
     let (rest, is_frequency) = match rest.strip_suffix("Hz") {
         Some(rest) => (rest, true),
         None => (rest.strip_suffix('m')?, false),
     };
-    let (number, exponent) =
-        PREFIXES.iter().find_map(|(p, e)| rest.strip_suffix(p).map(|number| (number, *e))).unwrap_or((rest, 0));
+    let prefixes = PREFIXES.chars().zip(EXPONENTS);
+    let (number, exponent) = prefixes.filter_map(|(p, e)| Some((rest.strip_suffix(p)?, e))).next().unwrap_or((rest, 0));
     if number.is_empty() || !number.chars().all(|c| c.is_ascii_digit() || matches!(c, ',' | 'e' | 'E' | '+' | '-')) {
         return None;
     }
@@ -171,7 +172,17 @@ mod tests {
             assert!((wavelength_nm(name).expect(name) - nm).abs() < 1e-9, "{name}");
         }
         assert!((wavelength_nm("S0.500THz").expect("THz") - 599.584_916).abs() < 1e-9);
-        for name in ["S0.390.000000nm", "s0.390,000000nm", "a.S0.390,000000nm", "S1.390,000000nm", "S0.nm", "S0.-1nm", "S0.0nm", "S0.infm", "Y"] {
+        for name in [
+            "S0.390.000000nm",
+            "s0.390,000000nm",
+            "a.S0.390,000000nm",
+            "S1.390,000000nm",
+            "S0.nm",
+            "S0.-1nm",
+            "S0.0nm",
+            "S0.infm",
+            "Y",
+        ] {
             assert_eq!(wavelength_nm(name), None, "{name}");
         }
     }

@@ -85,8 +85,8 @@ impl Drop for Temporary {
 
 const REMEDY: &str = "choose another place with -o, or make room and permission there";
 
-/// Writes `path` by way of a temporary file in the same folder, flushed to the disk and then renamed: readers see the old file or the whole new one, and a
-/// failure at any point leaves the old one as it was.
+/// Writes `path` by way of a temporary file in the same folder, flushed to the disk and then renamed: readers see the old file or
+/// the whole new one, and a failure at any point leaves the old one as it was.
 ///
 /// # Errors
 /// [`Error::File`] with what `write` or the file system says.

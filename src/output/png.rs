@@ -6,7 +6,8 @@ use crate::error::Result;
 use crate::film::Film;
 use std::path::Path;
 
-/// Writes `film` as an 8-bit sRGB picture through [`develop`] with the given exposure in stops (`None` chooses one). By a temporary file and a rename.
+/// Writes `film` as an 8-bit sRGB picture through [`develop`] with the given exposure in stops (`None` chooses one). By a
+/// temporary file and a rename.
 ///
 /// # Errors
 /// [`crate::Error::File`] where the file cannot be written; what was there before stays.

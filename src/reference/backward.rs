@@ -48,7 +48,8 @@ impl Stage {
             let mut met = Met { stage: self, radiance: vec![0.0; nm.len()] };
             self.walk(Path::new(view.ray, lanes, inside), Transport::Radiance, &mut rng, &mut met, &mut stats);
             stats.paths += 1;
-            if met.radiance.iter().fold(true, |ok, &l| finite(l, &mut stats) && ok) {
+            let bad = met.radiance.iter().copied().find(|l| !l.is_finite() || *l < 0.0);
+            if finite(bad.unwrap_or(0.0), &mut stats) {
                 for (bin, l) in met.radiance.iter().enumerate() {
                     self.record(sums, bin, nm[bin], l * view.weight);
                 }

@@ -113,7 +113,8 @@ impl World {
 
     /// Centre and radius of a ball around all shapes and the given points.
     pub(super) fn ball_around(&self, points: &[DVec3]) -> (DVec3, f64) {
-        let corners: Vec<DVec3> = self.nodes.first().into_iter().flat_map(|n| [n.lo, n.hi]).chain(points.iter().copied()).collect();
+        let corners: Vec<DVec3> =
+            self.nodes.first().into_iter().flat_map(|n| [n.lo, n.hi]).chain(points.iter().copied()).collect();
         let Some(lo) = corners.iter().copied().reduce(DVec3::min) else { return (DVec3::ZERO, 1.0) };
         let hi = corners.iter().copied().fold(lo, DVec3::max);
         let center = 0.5 * (lo + hi);

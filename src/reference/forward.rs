@@ -1,11 +1,11 @@
 //! The forward estimator: paths from the lights, joined to the camera wherever they scatter, or counted where they cross the sensor.
 
+use super::intersect::Ray;
 use super::material::Transport;
 use super::medium::Medium;
 use super::rng::Rng;
 use super::sensor::{connect, crossing, on_surface, sample_view, splat};
 use super::walk::{Lane, Observer, Path, Vertex};
-use super::intersect::Ray;
 use super::{Stage, finite};
 use crate::render::BatchStats;
 use crate::scene::Sensor;
@@ -35,7 +35,14 @@ impl Arrived<'_> {
     }
 
     /// Joins a point to the camera; `eval` is the density of flux that leaves it, per wavelength.
-    fn join(&mut self, path: &Path, from: Ray, inside: &dyn Fn(DVec3) -> Vec<usize>, eval: &dyn Fn(DVec3, usize) -> f64, rng: &mut Rng) {
+    fn join(
+        &mut self,
+        path: &Path,
+        from: Ray,
+        inside: &dyn Fn(DVec3) -> Vec<usize>,
+        eval: &dyn Fn(DVec3, usize) -> f64,
+        rng: &mut Rng,
+    ) {
         let (stage, film) = (self.stage, &self.stage.scene.film);
         let Some(link) = connect(&stage.scene.sensor, film, from.origin, rng) else { return };
         let density: Vec<f64> = (0..path.lanes.len()).map(|i| eval(link.dir, i)).collect();
@@ -100,8 +107,7 @@ impl Stage {
         }
         let view = sample_view(&self.scene.sensor, &self.scene.film, pixel, self.world.extent, rng);
         let light = |bin: usize| self.environment(view.ray.dir, nm[bin]);
-        let lanes: Vec<Lane> =
-            nm.iter().enumerate().map(|(bin, &nm)| Lane { bin, nm, beta: light(bin), etendue: 1.0 }).collect();
+        let lanes: Vec<Lane> = nm.iter().enumerate().map(|(bin, &nm)| Lane { bin, nm, beta: light(bin), etendue: 1.0 }).collect();
         let inside = self.interiors_of_view(view.ray.origin);
         let share = self.straight(view.ray, &inside, &lanes, f64::INFINITY, &mut arrived.dropped);
         for (lane, share) in lanes.iter().zip(share) {

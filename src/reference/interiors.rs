@@ -11,10 +11,14 @@ use glam::{DVec3, dvec3};
 /// More surfaces than this in a row without scattering, and a path is given up.
 pub(super) const MAX_STRAIGHT: u32 = 10_000;
 
-/// The interiors that hold `point`: crossings of dielectrics and boundaries, signed, along a ray upwards to infinity. Slightly tilted, so that
-/// it does not run along walls; upwards, so that an open sheet of water is above whoever is in it.
-pub fn initial_interiors(scene: &Scene, point: DVec3) -> Vec<usize> {
-    interiors_at(scene, &World::new(scene), Ray::new(point, up()), Vec::new())
+/// The interiors that hold each of `points`: crossings of dielectrics and boundaries, signed, along a ray upwards to infinity. Slightly
+/// tilted, so that it does not run along walls; upwards, so that an open sheet of water is above whoever is in it.
+pub fn initial_interiors(scene: &Scene, points: &[DVec3]) -> Vec<Vec<usize>> {
+    if points.is_empty() || !scene.materials.iter().any(|m| interior_of(m).is_some()) {
+        return vec![Vec::new(); points.len()];
+    }
+    let world = World::new(scene);
+    points.iter().map(|&p| interiors_at(scene, &world, Ray::new(p, up()), Vec::new())).collect()
 }
 
 /// The direction in which crossings are counted.

@@ -47,12 +47,13 @@ pub(super) fn intersect(geometry: &Geometry, triangle: usize, ray: &Ray, on: boo
             let t = (*center - ray.origin).dot(*normal) / ray.dir.dot(*normal);
             let p = ray.origin + ray.dir * t;
             let p = p - *normal * (p - *center).dot(*normal);
-            (t > ray.t_min && t.is_finite() && (p - *center).length_squared() <= radius * radius).then_some((t, p, *normal, *normal))
+            (t > ray.t_min && t.is_finite() && (p - *center).length_squared() <= radius * radius)
+                .then_some((t, p, *normal, *normal))
         }
         Geometry::Mesh(_) | Geometry::Disc { .. } => None,
         Geometry::Sphere { center, radius } => {
             let oc = ray.origin - *center;
-            roots(oc, ray.dir, *radius, on).into_iter().find(|&t| t > ray.t_min).map(|t| {
+            roots(oc, ray.dir, *radius, on).into_iter().find(|&t| t > ray.t_min && t.is_finite()).map(|t| {
                 let n = (oc + ray.dir * t).normalize();
                 (t, *center + n * *radius, n, n)
             })
@@ -64,11 +65,15 @@ pub(super) fn intersect(geometry: &Geometry, triangle: usize, ray: &Ray, on: boo
             if speed == 0.0 {
                 return None;
             }
-            roots(across(oc), d / speed, *radius, on).into_iter().map(|t| t / speed).filter(|&t| t > ray.t_min).find_map(|t| {
-                let p = oc + ray.dir * t;
-                let (height, n) = (p.dot(*axis), across(p).normalize());
-                (0.0..=*length).contains(&height).then(|| (t, *base + *axis * height + n * *radius, n, n))
-            })
+            roots(across(oc), d / speed, *radius, on)
+                .into_iter()
+                .map(|t| t / speed)
+                .filter(|&t| t > ray.t_min && t.is_finite())
+                .find_map(|t| {
+                    let p = oc + ray.dir * t;
+                    let (height, n) = (p.dot(*axis), across(p).normalize());
+                    (0.0..=*length).contains(&height).then(|| (t, *base + *axis * height + n * *radius, n, n))
+                })
         }
     }
 }

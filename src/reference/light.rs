@@ -23,9 +23,19 @@ pub(super) struct Emitters {
 
 enum What {
     /// A shape, its area, and running sums of its triangles' areas.
-    Shape { shape: usize, area: f64, triangles: Vec<f64> },
-    Light { light: usize, texels: Vec<f64> },
+    Shape {
+        shape: usize,
+        area: f64,
+        triangles: Vec<f64>,
+    },
+    Light {
+        light: usize,
+        texels: Vec<f64>,
+    },
 }
+
+/// Flux by wavelength, W nm^-1.
+type Flux<'a> = dyn Fn(f64) -> f64 + 'a;
 
 /// Light as it starts.
 pub(super) struct Emitted {
@@ -78,7 +88,7 @@ impl Stage {
     pub(super) fn emit(&self, nm: &[f64], rng: &mut Rng) -> Option<Emitted> {
         let emitters = &self.emitters;
         let (index, share) = choose(&emitters.cumulative, rng)?;
-        let lanes = |flux: &dyn Fn(f64) -> f64| -> Vec<Lane> {
+        let lanes = |flux: &Flux| -> Vec<Lane> {
             nm.iter().enumerate().map(|(bin, &nm)| Lane { bin, nm, beta: flux(nm) / share, etendue: 1.0 }).collect()
         };
         let light = match &emitters.what[index] {
@@ -137,7 +147,7 @@ impl Stage {
         shape: usize,
         area: f64,
         triangles: &[f64],
-        lanes: &dyn Fn(&dyn Fn(f64) -> f64) -> Vec<Lane>,
+        lanes: &dyn Fn(&Flux) -> Vec<Lane>,
         rng: &mut Rng,
     ) -> Option<Emitted> {
         let scene = &self.scene;
@@ -155,7 +165,8 @@ impl Stage {
         let through = n.dot(up()) < 0.0;
         let met = own.filter(|_| through).map(|interior| (interior, outward.dot(up()) < 0.0));
         let t_min = on_surface(p, self.world.extent);
-        let inside = interiors_at(scene, &self.world, Ray { origin: p, dir: up(), t_min, on: on.clone() }, met.into_iter().collect());
+        let inside =
+            interiors_at(scene, &self.world, Ray { origin: p, dir: up(), t_min, on: on.clone() }, met.into_iter().collect());
         Some(Emitted { path: Path::new(Ray { origin: p, dir, t_min, on }, lanes, inside), normal: Some(n) })
     }
 

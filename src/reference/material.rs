@@ -1,8 +1,8 @@
 //! Scattering at a surface for all wavelengths of a path at once.
 
 use super::intersect::Hit;
-use super::walk::Lane;
 use super::rng::Rng;
+use super::walk::Lane;
 use crate::bsdf::conductor::RoughConductor;
 use crate::bsdf::dielectric::RoughDielectric;
 use crate::bsdf::energy::EnergyTable;
@@ -130,9 +130,9 @@ impl<'a> Surface<'a> {
             Bsdf::Conductor { index, alpha, energy: Some(energy) } => {
                 let metal = RoughConductor { alpha: *alpha, energy };
                 let [u0, u1] = rng.next2();
-                metal.sample(wi, [u0, u1, rng.next()]).map_or(vec![], |s| {
-                    one(s.wo, false, &|i| s.weight * metal.reflectance(s.lobe, index[i].0, index[i].1))
-                })
+                metal
+                    .sample(wi, [u0, u1, rng.next()])
+                    .map_or(vec![], |s| one(s.wo, false, &|i| s.weight * metal.reflectance(s.lobe, index[i].0, index[i].1)))
             }
             Bsdf::Thin(eta) => {
                 let r: Vec<f64> = eta.iter().map(|&n| fresnel::thin_pane(wi.z, n)).collect();
@@ -153,8 +153,10 @@ impl<'a> Surface<'a> {
                 if eta.iter().all(|&n| n == eta[0]) {
                     return one(through(0), true, &|i| (1.0 - f[i]) / (1.0 - q));
                 }
-                let parted = lanes.iter().enumerate().map(|(i, lane)| {
-                    Outgoing { wo: through(i), lanes: vec![lane.times((1.0 - f[i]) / (1.0 - q))], transmitted: true }
+                let parted = lanes.iter().enumerate().map(|(i, lane)| Outgoing {
+                    wo: through(i),
+                    lanes: vec![lane.times((1.0 - f[i]) / (1.0 - q))],
+                    transmitted: true,
                 });
                 parted.collect()
             }

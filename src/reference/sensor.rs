@@ -3,7 +3,7 @@
 use super::intersect::Ray;
 use super::rng::Rng;
 use crate::bsdf::sample_cosine;
-use crate::scene::{Filter, FilmSettings, Sensor};
+use crate::scene::{FilmSettings, Filter, Sensor};
 use glam::{DMat3, DVec3, dvec3};
 use std::f64::consts::PI;
 
@@ -87,7 +87,7 @@ pub(super) fn connect(sensor: &Sensor, film: &FilmSettings, p: DVec3, rng: &mut 
             let lens = sample_disc(*lens_radius, rng);
             let from = frame.transpose() * (p - *eye) - lens;
             let (distance, cos) = (from.length(), -from.z / from.length());
-            if !(cos > 0.0) {
+            if cos.is_nan() || cos <= 0.0 {
                 return None;
             }
             let (s, focus) = (pixel_size(*tan_half_vfov, film), lens / *focus_distance + from / -from.z);
@@ -166,7 +166,9 @@ pub(super) fn splat(film: &FilmSettings, at: [f64; 2], mut add: impl FnMut(usize
         Filter::Gaussian { sigma } => 3.0 * sigma,
     };
     // First and last pixel along one axis whose centre is within the radius; a float cast saturates, so far-off points give empty ranges.
-    let range = |x: f64, n: u32| ((x - radius - 0.5).ceil().max(0.0) as i64)..=((x + radius - 0.5).floor().min(f64::from(n) - 1.0) as i64);
+    let range = |x: f64, n: u32| {
+        ((x - radius - 0.5).ceil().max(0.0) as i64)..=((x + radius - 0.5).floor().min(f64::from(n) - 1.0) as i64)
+    };
     for row in range(at[1], film.height) {
         for col in range(at[0], film.width) {
             let w = eval_filter(film.filter, at[0] - col as f64 - 0.5) * eval_filter(film.filter, at[1] - row as f64 - 0.5);

@@ -124,7 +124,14 @@ pub(super) trait Observer {
 
 impl Stage {
     /// Follows a path to its end.
-    pub(super) fn walk(&self, mut path: Path, transport: Transport, rng: &mut Rng, seen: &mut dyn Observer, stats: &mut BatchStats) {
+    pub(super) fn walk(
+        &self,
+        mut path: Path,
+        transport: Transport,
+        rng: &mut Rng,
+        seen: &mut dyn Observer,
+        stats: &mut BatchStats,
+    ) {
         loop {
             // Not `> 0`: a NaN must go on, to be dropped and counted.
             path.lanes.retain(|l| l.beta != 0.0);
@@ -242,7 +249,14 @@ impl Stage {
 
     /// Share of light per wavelength that goes straight from the ray's origin to `distance`: through media, and through surfaces that are
     /// not there or let a part pass undeflected. All 0 if something is in the way.
-    pub(super) fn straight(&self, mut ray: Ray, inside: &[usize], lanes: &[Lane], mut distance: f64, stats: &mut BatchStats) -> Vec<f64> {
+    pub(super) fn straight(
+        &self,
+        mut ray: Ray,
+        inside: &[usize],
+        lanes: &[Lane],
+        mut distance: f64,
+        stats: &mut BatchStats,
+    ) -> Vec<f64> {
         let mut share = vec![1.0; lanes.len()];
         let mut inside = inside.to_vec();
         for _ in 0..=MAX_STRAIGHT {

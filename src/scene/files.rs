@@ -52,7 +52,10 @@ impl Files {
         let canonical = path.canonicalize().map_err(|e| match self.fence {
             // What is outside is not even said to exist.
             Some(_) if climbs(relative) => outside(),
-            _ => node.fail(format!("cannot read {}: {e}", quoted(name)), "check the path, which is relative to the file that names it"),
+            _ => node.fail(
+                format!("cannot read {}: {e}", quoted(name)),
+                "check the path, which is relative to the file that names it",
+            ),
         })?;
         if self.fence.as_ref().is_some_and(|fence| !canonical.starts_with(fence)) {
             return Err(outside());

@@ -97,7 +97,9 @@ fn add(loader: &mut Loader, path: &Path, bytes: &[u8], world: DMat4) -> Result<(
     let root = Node::root(&asset.json, path);
     for extension in root.get("extensionsRequired").map_or(Ok(Vec::new()), |n| n.array(0))? {
         if !EXTENSIONS.contains(&extension.string()?) {
-            return Err(extension.fail(format!("the extension {:?} is not known", extension.string()?), "export the file without it"));
+            return Err(
+                extension.fail(format!("the extension {:?} is not known", extension.string()?), "export the file without it")
+            );
         }
     }
     for extension in root.get("extensionsUsed").map_or(Ok(Vec::new()), |n| n.array(0))? {
@@ -132,7 +134,8 @@ fn add(loader: &mut Loader, path: &Path, bytes: &[u8], world: DMat4) -> Result<(
             let camera = sensor(&item(&root, "cameras", &camera)?, &placed.world)?;
             loader.camera.get_or_insert(camera);
         }
-        if let Some(index) = placed.node.get("extensions").and_then(|e| e.get("KHR_lights_punctual")).and_then(|e| e.get("light")) {
+        if let Some(index) = placed.node.get("extensions").and_then(|e| e.get("KHR_lights_punctual")).and_then(|e| e.get("light"))
+        {
             let list = root.need("extensions")?.need("KHR_lights_punctual")?;
             let light = light(&item(&list, "lights", &index)?, &placed.world)?;
             loader.scene.lights.push(light);
@@ -208,7 +211,11 @@ fn triangles(loader: &mut Loader, asset: &Asset, root: &Node, primitive: &Node) 
     };
     let triangles = match mode {
         4 => indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
-        5 => indices.windows(3).enumerate().map(|(i, t)| if i % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] }).collect(),
+        5 => indices
+            .windows(3)
+            .enumerate()
+            .map(|(i, t)| if i % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] })
+            .collect(),
         _ => (2..indices.len()).map(|i| [indices[0], indices[i - 1], indices[i]]).collect(),
     };
     if primitive.get("targets").is_some() {
@@ -232,7 +239,8 @@ fn look(loader: &mut Loader, root: &Node, primitive: &Node, looks: &mut HashMap<
 /// Where a node stands and which way its axes point.
 fn pose(node: &Node, world: &DMat4) -> Result<(DVec3, DMat3)> {
     let m = DMat3::from_mat4(*world);
-    let frame = frame(m.z_axis, m.y_axis).filter(|f| f.is_finite() && world.w_axis.abs().max_element() <= super::json::LARGEST_LENGTH);
+    let frame = frame(m.z_axis, m.y_axis)
+        .filter(|f| f.is_finite() && world.w_axis.is_finite() && world.w_axis.abs().max_element() <= super::json::LARGEST_LENGTH);
     let frame = frame.ok_or_else(|| node.fail("its node has a singular transform", "export the file again"))?;
     Ok((world.w_axis.truncate(), frame))
 }
@@ -261,7 +269,9 @@ fn light(node: &Node, world: &DMat4) -> Result<Light> {
             let angle = |key, default| node.get("spot").and_then(|s| s.get(key)).map_or(Ok(default), |n| n.within(0.0, 1.571));
             let (inner, outer) = (angle("innerConeAngle", 0.0)?, angle("outerConeAngle", std::f64::consts::FRAC_PI_4)?);
             if inner.cos() <= outer.cos() {
-                return Err(node.fail("the inner cone is not inside the outer", "make innerConeAngle smaller than outerConeAngle"));
+                return Err(
+                    node.fail("the inner cone is not inside the outer", "make innerConeAngle smaller than outerConeAngle")
+                );
             }
             Light::Spot { position, direction, intensity: amount, cos_inner: inner.cos(), cos_outer: outer.cos() }
         }

@@ -21,7 +21,8 @@ pub(super) fn open(path: &Path, bytes: &[u8], files: &Files) -> Result<Asset> {
     } else {
         (bytes, None)
     };
-    let text = std::str::from_utf8(text).map_err(|_| Error::file(path, "the JSON of the glTF file is not UTF-8", "export the file again"))?;
+    let text = std::str::from_utf8(text)
+        .map_err(|_| Error::file(path, "the JSON of the glTF file is not UTF-8", "export the file again"))?;
     let json = parse(text.trim_end_matches(['\0', ' ']), path)?;
     let root = Node::root(&json, path);
     let version = root.need("asset")?.need("version")?;
@@ -155,7 +156,8 @@ pub(super) fn accessor<const N: usize>(root: &Node, buffers: &[Vec<u8>], index: 
     };
     let view_index = node.get("bufferView").ok_or_else(|| node.fail("the accessor has no data", "export the file again"))?;
     let view = item(root, "bufferViews", &view_index)?;
-    let get = |n: &Node, key: &str, default: usize| n.get(key).map_or(Ok(default), |v| v.integer(0, u32::MAX).map(|v| v as usize));
+    let get =
+        |n: &Node, key: &str, default: usize| n.get(key).map_or(Ok(default), |v| v.integer(0, u32::MAX).map(|v| v as usize));
     let buffer_index = view.need("buffer")?;
     let buffer = buffers.get(buffer_index.integer(0, u32::MAX)? as usize);
     let buffer = buffer.ok_or_else(|| buffer_index.fail("there is no such buffer", "export the file again"))?;
@@ -174,7 +176,9 @@ pub(super) fn accessor<const N: usize>(root: &Node, buffers: &[Vec<u8>], index: 
     let factor = if normalised { 1.0 / largest } else { 1.0 };
     let element = |i: usize| {
         let at = offset + i * stride;
-        std::array::from_fn(|k| (read(&data[at + k * size..at + (k + 1) * size]) * factor).max(if normalised { -1.0 } else { f64::MIN }))
+        std::array::from_fn(|k| {
+            (read(&data[at + k * size..at + (k + 1) * size]) * factor).max(if normalised { -1.0 } else { f64::MIN })
+        })
     };
     Ok((0..count).map(element).collect())
 }

@@ -50,11 +50,13 @@ pub(super) fn material(loader: &mut Loader, node: Option<&Node>) -> Result<Look>
     // glTF's roughness is the square root of the GGX width; below 0.001 a surface is smooth here.
     let alpha = if roughness * roughness < 1e-3 { 0.0 } else { roughness * roughness };
     let transmission = factor(extension("KHR_materials_transmission"), "transmissionFactor", 0.0, 1.0)?;
-    let textured = ["baseColorTexture", "metallicRoughnessTexture"].iter().any(|t| pbr.as_ref().is_some_and(|p| p.get(t).is_some()));
+    let textured =
+        ["baseColorTexture", "metallicRoughnessTexture"].iter().any(|t| pbr.as_ref().is_some_and(|p| p.get(t).is_some()));
     if textured || ["normalTexture", "emissiveTexture"].iter().any(|t| node.get(t).is_some()) {
         loader.note(format!("{}: textures are ignored", node.file.display()));
     }
-    let reflectance = |rgb| upsample::reflectance_from_linear_srgb(rgb).map_err(|problem| node.fail(problem, "use another colour"));
+    let reflectance =
+        |rgb| upsample::reflectance_from_linear_srgb(rgb).map_err(|problem| node.fail(problem, "use another colour"));
     let material = if transmission >= 0.5 {
         let ior = factor(extension("KHR_materials_ior"), "ior", 1.5, 10.0)?;
         let ior = if ior == 0.0 { 1.5 } else { ior }; // 0 is a glTF idiom for old shading models
@@ -63,13 +65,22 @@ pub(super) fn material(loader: &mut Loader, node: Option<&Node>) -> Result<Look>
         let (lo, hi) = loader.reader.range;
         ior.check_range(lo, hi).map_err(|problem| node.fail(problem, "use a smaller dispersion"))?;
         if base != [1.0; 3] {
-            loader.note(format!("{}: the surface tint of glass is ignored; use KHR_materials_volume to colour it", node.file.display()));
+            loader.note(format!(
+                "{}: the surface tint of glass is ignored; use KHR_materials_volume to colour it",
+                node.file.display()
+            ));
         }
-        let volume = extension("KHR_materials_volume").filter(|v| v.get("thicknessFactor").is_some_and(|t| t.number().is_ok_and(|t| t > 0.0)));
+        let volume = extension("KHR_materials_volume")
+            .filter(|v| v.get("thicknessFactor").is_some_and(|t| t.number().is_ok_and(|t| t > 0.0)));
         match volume {
             None => Material::ThinDielectric { ior },
             Some(volume) => {
-                let interior = Interior { ior, priority: 1, sigma_a: absorption(&volume, loader.reader.range, &colour)?, ..Interior::vacuum("glass") };
+                let interior = Interior {
+                    ior,
+                    priority: 1,
+                    sigma_a: absorption(&volume, loader.reader.range, &colour)?,
+                    ..Interior::vacuum("glass")
+                };
                 loader.scene.interiors.push(interior);
                 Material::Dielectric { interior: loader.scene.interiors.len() - 1, alpha }
             }
@@ -96,7 +107,9 @@ pub(super) fn material(loader: &mut Loader, node: Option<&Node>) -> Result<Look>
 
 /// KHR_materials_volume: transmittance `attenuationColor` over `attenuationDistance` metres, as a coefficient in m^-1.
 fn absorption(
-    volume: &Node, range: (f64, f64), colour: &impl Fn(Option<&Node>, &str, [f64; 3]) -> Result<[f64; 3]>,
+    volume: &Node,
+    range: (f64, f64),
+    colour: &impl Fn(Option<&Node>, &str, [f64; 3]) -> Result<[f64; 3]>,
 ) -> Result<Spectrum> {
     let rgb = colour(Some(volume), "attenuationColor", [1.0; 3])?;
     let Some(distance) = volume.get("attenuationDistance") else { return Ok(Spectrum::Constant(0.0)) };

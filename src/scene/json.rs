@@ -87,11 +87,7 @@ impl<'de> Visitor<'de> for Strict {
 
 /// A user's string as it may stand in a one-line message: escaped and not too long.
 pub fn quoted(text: &str) -> String {
-    if text.chars().count() <= 60 {
-        format!("{text:?}")
-    } else {
-        format!("{:?}...", text.chars().take(60).collect::<String>())
-    }
+    if text.chars().count() <= 60 { format!("{text:?}") } else { format!("{:?}...", text.chars().take(60).collect::<String>()) }
 }
 
 /// `did you mean "x"` for the nearest of `known`, or the list of them (or its size where it is long).
@@ -200,7 +196,9 @@ impl<'a> Node<'a> {
     pub fn choice(&self, choices: &[&'static str]) -> Result<&'static str> {
         let word = self.string()?;
         let found = choices.iter().find(|&&c| c == word);
-        found.copied().ok_or_else(|| self.fail(format!("{} is not known here", quoted(word)), suggest(word, choices.iter().copied())))
+        found
+            .copied()
+            .ok_or_else(|| self.fail(format!("{} is not known here", quoted(word)), suggest(word, choices.iter().copied())))
     }
 
     /// `true` or `false`.

@@ -26,9 +26,10 @@ impl Loader {
         inner.object(kind)?;
         let amount = |key: &str, source| self.reader.light(&inner.need(key)?, source);
         Ok(match kind {
-            "point" => {
-                Light::Point { position: inner.need("position")?.point()?, intensity: amount("intensity", Source::Point(4.0 * PI))? }
-            }
+            "point" => Light::Point {
+                position: inner.need("position")?.point()?,
+                intensity: amount("intensity", Source::Point(4.0 * PI))?,
+            },
             "spot" => {
                 let outer = inner.need("outer_deg")?;
                 let outer_deg = outer.within(1e-3, 90.0)?;

@@ -5,7 +5,7 @@ use super::json::{Node, parse};
 use super::keys::SENSORS;
 use super::materials::Materials;
 use super::spectra::SpectrumReader;
-use super::{Bins, Estimator, Filter, FilmSettings, Light, Mesh, Scene, Sensor, Shape, WavelengthSampling, gltf};
+use super::{Bins, Estimator, FilmSettings, Filter, Light, Mesh, Scene, Sensor, Shape, WavelengthSampling, gltf};
 use crate::error::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
@@ -169,7 +169,10 @@ pub(super) fn film(node: Option<Node>, root: &Node, options: &LoadOptions) -> Re
     };
     let pixels = u64::from(width) * u64::from(height);
     if pixels > MOST_PIXELS || pixels * u64::from(count) > MOST_VALUES {
-        return Err(at.fail(format!("{width} x {height} pixels of {count} bins are too many"), "render at most 64 Mi pixels and 2 Gi values"));
+        return Err(at.fail(
+            format!("{width} x {height} pixels of {count} bins are too many"),
+            "render at most 64 Mi pixels and 2 Gi values",
+        ));
     }
     let exposure = get("exposure").map(|n| n.within(-100.0, 100.0)).transpose()?;
     let sampling = match get("sampling").map(|n| n.choice(&["continuous", "centres"])).transpose()? {
@@ -244,7 +247,7 @@ fn view(node: &Node) -> Result<(DVec3, DMat3, f64)> {
     let eye = node.need("eye")?.point()?;
     let target = node.need("target")?;
     let distance = (eye - target.point()?).length();
-    if !(distance > 1e-12) {
+    if distance < 1e-12 {
         return Err(target.fail("the camera looks at its own eye", "move eye and target apart"));
     }
     let up = node.get("up").map_or(Ok(DVec3::Y), |n| n.direction())?;
@@ -272,4 +275,3 @@ impl Loader {
         }
     }
 }
-

@@ -79,7 +79,8 @@ impl Materials {
             "diffuse" => Material::Diffuse { reflectance: loader.reader.spectrum(&inner.need("reflectance")?, Place::Share)? },
             "dielectric" => {
                 let ior = inner.need("ior")?;
-                let mut interior = Interior { ior: loader.reader.ior(&ior)?, priority: priority(&inner, 1)?, ..Interior::vacuum(name) };
+                let mut interior =
+                    Interior { ior: loader.reader.ior(&ior)?, priority: priority(&inner, 1)?, ..Interior::vacuum(name) };
                 note_extrapolation(loader, name, &interior.ior);
                 if let Some(absorption) = inner.get("absorption") {
                     interior.sigma_a = absorption_of(loader, &absorption, &ior)?;
@@ -145,7 +146,8 @@ impl Loader {
     /// The index of the material that `node` names.
     pub(super) fn material_index(&self, node: &Node) -> Result<usize> {
         let name = node.string()?;
-        let unknown = || node.fail(format!("unknown material {}", quoted(name)), suggest(name, self.names.keys().map(String::as_str)));
+        let unknown =
+            || node.fail(format!("unknown material {}", quoted(name)), suggest(name, self.names.keys().map(String::as_str)));
         self.names.get(name).copied().ok_or_else(unknown)
     }
 }
@@ -192,7 +194,8 @@ fn conductor(loader: &Loader, node: &Node) -> Result<(Spectrum, Spectrum)> {
             return Err(surplus.fail("\"metal\" already gives eta and k", "keep either the name or the numbers"));
         }
         let name = metal.string()?;
-        let unknown = || metal.fail(format!("unknown metal {}", quoted(name)), suggest(name, library::metal_names().iter().copied()));
+        let unknown =
+            || metal.fail(format!("unknown metal {}", quoted(name)), suggest(name, library::metal_names().iter().copied()));
         return library::metal(name).ok_or_else(unknown);
     }
     let missing = |key| node.fail(format!("{key:?} is missing"), "add \"metal\", or \"eta\" and \"k\"");

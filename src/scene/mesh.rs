@@ -36,8 +36,7 @@ pub fn place(mesh: &Mesh, m: &DMat4) -> Result<(Mesh, usize), Flaw> {
     }
     let linear = DMat3::from_mat4(*m);
     let positions: Vec<DVec3> = mesh.positions.iter().map(|&p| m.transform_point3(p)).collect();
-    // Negated, so that NaN counts as far.
-    if let Some(i) = positions.iter().position(|p| !(p.abs().max_element() <= LARGEST_LENGTH)) {
+    if let Some(i) = positions.iter().position(|p| !p.is_finite() || p.abs().max_element() > LARGEST_LENGTH) {
         return Err((format!("vertex {i} lies beyond 1e9 m"), "use metres: scale the mesh down".into()));
     }
     let mirrored = linear.determinant() < 0.0;
@@ -51,7 +50,7 @@ pub fn place(mesh: &Mesh, m: &DMat4) -> Result<(Mesh, usize), Flaw> {
     let inverse_transpose = linear.inverse().transpose();
     let normals = mesh.normals.iter().map(|&n| (inverse_transpose * n).normalize_or_zero()).collect();
     let mut placed = Mesh { positions, normals, triangles };
-    if placed.normals.iter().any(|n| *n == DVec3::ZERO) {
+    if placed.normals.contains(&DVec3::ZERO) {
         let computed = smooth_normals(&placed);
         for (normal, own) in placed.normals.iter_mut().zip(computed) {
             if *normal == DVec3::ZERO {
@@ -77,6 +76,20 @@ pub fn smooth_normals(mesh: &Mesh) -> Vec<DVec3> {
         t.iter().for_each(|&v| sums[v as usize] += area);
     }
     sums.into_iter().map(|n| n.normalize_or(DVec3::Y)).collect()
+}
+
+/// Is this a closed surface (its area vectors cancel) whose triangles face inwards (its volume is negative)?
+pub fn is_inside_out(mesh: &Mesh) -> bool {
+    let origin = mesh.triangles.first().map_or(DVec3::ZERO, |t| mesh.positions[t[0] as usize]);
+    let (mut open, mut area, mut volume) = (DVec3::ZERO, 0.0, 0.0);
+    for t in &mesh.triangles {
+        let [a, b, c] = t.map(|v| mesh.positions[v as usize] - origin);
+        let doubled = (b - a).cross(c - a);
+        open += doubled;
+        area += doubled.length();
+        volume += a.dot(doubled);
+    }
+    open.length() < 1e-6 * area && volume < 0.0
 }
 
 /// Surface area of one side, m^2.

@@ -108,10 +108,16 @@ pub fn read(bytes: &[u8]) -> Result<Mesh, Flaw> {
         }
         let (least, left) = match &body {
             Body::Ascii(_) => (2 * element.properties.len(), bytes.len() + 1),
-            Body::Binary { bytes, .. } => (element.properties.iter().map(|p| p.list.unwrap_or(p.scalar).size()).sum(), bytes.len()),
+            Body::Binary { bytes, .. } => {
+                (element.properties.iter().map(|p| p.list.unwrap_or(p.scalar).size()).sum(), bytes.len())
+            }
         };
         if element.count > left / least {
-            return Err(flaw(format!("the header promises {} of {}, the file is too short", element.count, quoted(&element.name))));
+            return Err(flaw(format!(
+                "the header promises {} of {}, the file is too short",
+                element.count,
+                quoted(&element.name)
+            )));
         }
         match element.name.as_str() {
             "vertex" => vertices(element, &mut body, &mut mesh)?,
@@ -161,7 +167,9 @@ fn header(bytes: &[u8]) -> Result<(Vec<Element>, Body<'_>), Flaw> {
         }
     }
     let body = match format {
-        "ascii" => Body::Ascii(std::str::from_utf8(rest).map_err(|_| flaw("the ASCII body is not text"))?.split_ascii_whitespace()),
+        "ascii" => {
+            Body::Ascii(std::str::from_utf8(rest).map_err(|_| flaw("the ASCII body is not text"))?.split_ascii_whitespace())
+        }
         "binary_little_endian" => Body::Binary { bytes: rest, big_endian: false },
         "binary_big_endian" => Body::Binary { bytes: rest, big_endian: true },
         other => return Err(flaw(format!("unknown PLY format {}", quoted(other)))),

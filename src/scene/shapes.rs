@@ -36,7 +36,9 @@ impl Loader {
     pub(super) fn visit(&mut self, node: &Node) -> Result<()> {
         self.visits += 1;
         if self.visits > MOST_VISITS {
-            return Err(node.fail(format!("the scene has more than {MOST_VISITS} shapes"), "use fewer instances, or merge meshes"));
+            return Err(
+                node.fail(format!("the scene has more than {MOST_VISITS} shapes"), "use fewer instances, or merge meshes")
+            );
         }
         Ok(())
     }
@@ -49,16 +51,17 @@ impl Loader {
             Some(t) => parent * transform::parse(&t)?,
             None => parent,
         };
-        if kind == "instance" || kind == "gltf" {
-            if let Some(surplus) = node.get("material").or(node.get("emission")) {
-                return Err(surplus.fail(format!("{kind:?} brings its own materials"), "remove this key"));
-            }
+        let surplus = node.get("material").or(node.get("emission"));
+        if let (Some(surplus), "instance" | "gltf") = (surplus, kind) {
+            return Err(surplus.fail(format!("{kind:?} brings its own materials"), "remove this key"));
         }
         match kind {
             "instance" => {
                 let name = inner.string()?;
                 let Some((_, group)) = groups.iter().find(|(n, _)| *n == name) else {
-                    return Err(inner.fail(format!("unknown group {}", quoted(name)), suggest(name, groups.iter().map(|(n, _)| *n))));
+                    return Err(
+                        inner.fail(format!("unknown group {}", quoted(name)), suggest(name, groups.iter().map(|(n, _)| *n)))
+                    );
                 };
                 if depth == DEEPEST_INSTANCE {
                     return Err(inner.fail("groups contain each other, or are nested too deeply", "break the circle"));
@@ -84,7 +87,8 @@ impl Loader {
             parts.push(placed);
         }
         let default_name = node.path.trim_start_matches("$.").to_string();
-        let name = node.get("name").map_or(Ok(default_name), |n| n.string().map(|s| s.chars().filter(|c| !c.is_control()).collect()))?;
+        let name =
+            node.get("name").map_or(Ok(default_name), |n| n.string().map(|s| s.chars().filter(|c| !c.is_control()).collect()))?;
         let emission = node.get("emission").map(|e| self.emission(&e, &parts)).transpose()?;
         let material = match node.get("material") {
             Some(material) => self.material_index(&material)?,
@@ -103,8 +107,20 @@ impl Loader {
         if let Geometry::Mesh(mesh) = &shape.geometry {
             self.triangles += mesh.triangles.len();
             if self.triangles > MOST_TRIANGLES {
-                return Err(node.fail(format!("the scene has more than {MOST_TRIANGLES} triangles"), "use smaller meshes or fewer instances"));
+                return Err(node.fail(
+                    format!("the scene has more than {MOST_TRIANGLES} triangles"),
+                    "use smaller meshes or fewer instances",
+                ));
             }
+        }
+        if let (Geometry::Mesh(mesh), Material::Dielectric { .. } | Material::Boundary { interior: Some(_) }) =
+            (&shape.geometry, &self.scene.materials[shape.material])
+            && mesh::is_inside_out(mesh)
+        {
+            self.note(format!(
+                "{}: the solid's triangles face inwards, so its inside is outside: mirror their order",
+                shape.name
+            ));
         }
         self.scene.shapes.push(shape);
         Ok(())
@@ -161,7 +177,8 @@ impl Loader {
             Some(false) => mesh.normals.clear(),
             Some(true) if mesh.normals.is_empty() => {
                 // Checked here, as normals need positions that are there.
-                let (checked, _) = mesh::place(&mesh, &DMat4::IDENTITY).map_err(|(problem, remedy)| file.fail(problem, remedy))?;
+                let (checked, _) =
+                    mesh::place(&mesh, &DMat4::IDENTITY).map_err(|(problem, remedy)| file.fail(problem, remedy))?;
                 mesh.normals = mesh::smooth_normals(&checked);
             }
             _ => {}
@@ -250,7 +267,7 @@ fn cylinder(node: &Node) -> Result<Vec<Geometry>> {
     let (base, top) = (node.need("base")?.point()?, node.need("top")?.point()?);
     let radius = node.need("radius")?.length()?;
     let length = (top - base).length();
-    if !(length >= 1e-12) {
+    if length < 1e-12 {
         return Err(node.fail("base and top coincide", "move them apart"));
     }
     let axis = (top - base) / length;

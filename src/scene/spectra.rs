@@ -82,11 +82,10 @@ impl SpectrumReader {
                 }
             }
             "srgb" | "linear_rgb" => rgb(&inner, kind == "srgb", place)?,
-            "reflectance" => {
+            _ => {
                 let name = inner.string()?;
                 library::reflectance(name).ok_or_else(|| unknown(&inner, "reflectance", name, &library::reflectance_names()))?
             }
-            _ => unreachable!("one_of returns one of its choices"),
         };
         Ok(match node.get("scale") {
             Some(scale) => spectrum.scaled(scale.non_negative()?),
@@ -107,10 +106,11 @@ impl SpectrumReader {
         let bad = at.into_iter().map(|nm| (nm, spectrum.eval(nm))).find(|(_, v)| !(v.is_finite() && *v >= 0.0 && *v <= most));
         match bad {
             None => Ok(()),
-            Some((nm, v)) if place == Place::Share => {
-                Err(node.fail(format!("the value {v} at {nm} nm is not within 0 to 1"), "a reflectance or weight lies between 0 and 1"))
+            Some((nm, v)) if place == Place::Share => Err(node
+                .fail(format!("the value {v} at {nm} nm is not within 0 to 1"), "a reflectance or weight lies between 0 and 1")),
+            Some((nm, v)) if v < 0.0 => {
+                Err(node.fail(format!("the value {v} at {nm} nm is negative"), "use values of 0 or more"))
             }
-            Some((nm, v)) if v < 0.0 => Err(node.fail(format!("the value {v} at {nm} nm is negative"), "use values of 0 or more")),
             Some((nm, v)) => Err(node.fail(format!("the value {v} at {nm} nm is not finite"), "use smaller values")),
         }
     }
@@ -162,7 +162,9 @@ fn points(node: &Node) -> Result<Vec<(f64, f64)>> {
     for item in node.array(2)? {
         let [nm, value] = item.numbers()?;
         if nm <= 0.0 || points.last().is_some_and(|last| nm <= last.0) {
-            return Err(item.fail(format!("the wavelength {nm} nm does not increase"), "sort by wavelength, each positive and once"));
+            return Err(
+                item.fail(format!("the wavelength {nm} nm does not increase"), "sort by wavelength, each positive and once")
+            );
         }
         points.push((nm, value));
     }
@@ -225,7 +227,9 @@ fn ior_object(node: &Node) -> Result<Ior> {
         "cauchy" => {
             let coefficients = inner.array(1)?.iter().map(|n| n.number()).collect::<Result<Vec<f64>>>()?;
             if coefficients.len() > 3 {
-                return Err(inner.fail(format!("{} coefficients", coefficients.len()), "give one to three: n = A + B/um^2 + C/um^4"));
+                return Err(
+                    inner.fail(format!("{} coefficients", coefficients.len()), "give one to three: n = A + B/um^2 + C/um^4")
+                );
             }
             Ior::cauchy(&coefficients)
         }
@@ -233,8 +237,7 @@ fn ior_object(node: &Node) -> Result<Ior> {
             let abbe = node.get("abbe").map_or(Ok(f64::INFINITY), |n| n.within(1.0, 1e6))?;
             Ior::from_abbe_number(inner.within(0.1, 10.0)?, abbe)
         }
-        "table" => Ior::table(&points(&inner)?).map_err(|problem| inner.fail(problem, "mend the table"))?,
-        _ => unreachable!("one_of returns one of its choices"),
+        _ => Ior::table(&points(&inner)?).map_err(|problem| inner.fail(problem, "mend the table"))?,
     };
     if let Some(range) = node.get("range_nm") {
         let [lo, hi] = range.numbers()?;

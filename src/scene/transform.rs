@@ -42,7 +42,9 @@ fn step(node: &Node) -> Result<DMat4> {
         (Some(angle), Some(axis)) => DQuat::from_axis_angle(axis.direction()?, angle.number()?.to_radians()),
         (Some(angles), None) => {
             if angles.value.is_number() {
-                return Err(angles.fail("an angle without an axis", "add \"axis\": [x, y, z], or give three angles about x, y and z"));
+                return Err(
+                    angles.fail("an angle without an axis", "add \"axis\": [x, y, z], or give three angles about x, y and z")
+                );
             }
             let [x, y, z] = angles.numbers()?.map(f64::to_radians);
             DQuat::from_euler(EulerRot::ZYX, z, y, x) // about x first, then y, then z
@@ -124,7 +126,7 @@ pub fn apply(m: &DMat4, geometry: &Geometry) -> std::result::Result<(Geometry, u
         Geometry::Cylinder { base, length, radius, .. } => (*base, [*length, *radius]),
         Geometry::Mesh(_) => (DVec3::ZERO, [1.0, 1.0]),
     };
-    let near = at.abs().max_element() <= LARGEST_LENGTH; // false for NaN, too
+    let near = at.is_finite() && at.abs().max_element() <= LARGEST_LENGTH;
     if !near || sizes.iter().any(|s| !(1e-12..=LARGEST_LENGTH).contains(s)) {
         return Err(("the shape's place or size is beyond 1e-12 to 1e9 m".into(), "use metres of a sensible size".into()));
     }

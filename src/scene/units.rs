@@ -63,14 +63,13 @@ impl SpectrumReader {
             let fitting: Vec<&str> = UNITS.iter().copied().filter(|u| source.amount(u).is_some()).collect();
             return Err(amount.fail(format!("{unit} does not fit this light"), format!("use one of {}", fitting.join(", "))));
         };
-        let total = if photometric {
-            cie::xyz_of(&shape, Observer::Cie1931)[1]
-        } else {
-            shape.integral(self.range.0, self.range.1)
-        };
+        let total =
+            if photometric { cie::xyz_of(&shape, Observer::Cie1931)[1] } else { shape.integral(self.range.0, self.range.1) };
         let scaled = shape.scaled(amount.non_negative()? / (factor * total));
         if !(total > 0.0 && factor > 0.0) {
-            return Err(node.fail("the spectrum is dark where it is measured", "use a spectrum that shines within the film's range"));
+            return Err(
+                node.fail("the spectrum is dark where it is measured", "use a spectrum that shines within the film's range")
+            );
         }
         self.check(node, &scaled, Place::Light)?;
         Ok(scaled)

@@ -104,7 +104,10 @@ impl Ior {
             return Err("a table of indices needs at least one point; give [[nm, n], ...]".into());
         };
         if let Some(p) = points.iter().find(|p| !(p.0.is_finite() && p.0 > 0.0 && p.1.is_finite() && p.1 > 0.0)) {
-            return Err(format!("the point [{}, {}] is not a wavelength and an index; both must be finite and positive", p.0, p.1));
+            return Err(format!(
+                "the point [{}, {}] is not a wavelength and an index; both must be finite and positive",
+                p.0, p.1
+            ));
         }
         if let Some(w) = points.windows(2).find(|w| w[0].0 >= w[1].0) {
             return Err(format!("{} nm is followed by {} nm; sort the table by wavelength, each once", w[0].0, w[1].0));
@@ -137,7 +140,9 @@ impl Ior {
     fn squared(&self, nm: f64) -> f64 {
         let l = nm * 1e-3;
         match &self.formula {
-            Formula::Sellmeier { a0, b, c_um2 } => 1.0 + a0 + b.iter().zip(c_um2).map(|(b, c)| b * l * l / (l * l - c)).sum::<f64>(),
+            Formula::Sellmeier { a0, b, c_um2 } => {
+                1.0 + a0 + b.iter().zip(c_um2).map(|(b, c)| b * l * l / (l * l - c)).sum::<f64>()
+            }
             Formula::Polynomial { c0, terms } => c0 + terms.iter().map(|[c, e]| c * l.powf(*e)).sum::<f64>(),
             _ => self.eval(nm).powi(2),
         }
@@ -175,7 +180,9 @@ impl Ior {
             Formula::Sellmeier { b, c_um2, .. } => {
                 b.iter().zip(c_um2).filter(|(b, c)| **b != 0.0 && **c > 0.0).map(|(_, c)| c.sqrt() * 1e3).collect()
             }
-            Formula::Gas { b, c, .. } => b.iter().zip(c).filter(|(b, c)| **b != 0.0 && **c > 0.0).map(|(_, c)| 1e3 / c.sqrt()).collect(),
+            Formula::Gas { b, c, .. } => {
+                b.iter().zip(c).filter(|(b, c)| **b != 0.0 && **c > 0.0).map(|(_, c)| 1e3 / c.sqrt()).collect()
+            }
             _ => Vec::new(),
         }
     }

@@ -4,8 +4,8 @@
 //! start with a number are rows of a table; in glasses, `also NAME` is another name, `range LO HI` nm, `formula WORD NUMBERS...` as
 //! [`Formula`] has them, `n NM N` and `k NM K` table rows. Names are looked up without regard to case.
 
-use super::ior::{Formula, Ior};
 use super::Spectrum;
+use super::ior::{Formula, Ior};
 use include_dir::{Dir, DirEntry, include_dir};
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -267,7 +267,8 @@ pub fn parse_spectrum_text(text: &str) -> Result<Spectrum, String> {
     for (i, line) in text.lines().enumerate() {
         let line = line.trim_start_matches('\u{feff}');
         let line = line.split('#').next().unwrap_or_default().split("//").next().unwrap_or_default();
-        let fields: Vec<&str> = line.split([' ', '\t', ',', ';']).map(|f| f.trim().trim_matches('"')).filter(|f| !f.is_empty()).collect();
+        let fields: Vec<&str> =
+            line.split([' ', '\t', ',', ';']).map(|f| f.trim().trim_matches('"')).filter(|f| !f.is_empty()).collect();
         if fields.is_empty() {
             continue;
         }

@@ -5,8 +5,8 @@
 //! The coefficients solve three equations by Newton's method (theirs is Gauss-Newton on the same function); components are kept
 //! `INSET` away from 0 and 1, which only an infinitely steep sigmoid would reach.
 
-use super::library::{self, Observer};
 use super::Spectrum;
+use super::library::{self, Observer};
 use crate::color::{cie, convert};
 use rayon::prelude::*;
 use std::sync::LazyLock;
@@ -42,10 +42,10 @@ pub fn reflectance_from_linear_srgb(rgb: [f64; 3]) -> Result<Spectrum, String> {
 /// Radiance of a light whose colour is `rgb` in linear sRGB: a sigmoid times [`white`], so that (v, v, v) is D65 with the luminance of the
 /// constant radiance of v W m^-2 sr^-1 nm^-1, and other colours have theirs in proportion.
 ///
-/// Errors if a component is negative or not finite.
+/// Errors if a component is negative, not finite or beyond 1e100.
 pub fn emission_from_linear_srgb(rgb: [f64; 3]) -> Result<Spectrum, String> {
-    if let Some(v) = rgb.iter().find(|v| !(v.is_finite() && **v >= 0.0)) {
-        return Err(format!("the colour component {v} is not a finite number of 0 or more"));
+    if let Some(v) = rgb.iter().find(|v| !(0.0..=1e100).contains(*v)) {
+        return Err(format!("the colour component {v} is not a number from 0 to 1e100"));
     }
     let (c, scale) = emission_coefficients(rgb, coefficients);
     if scale == 0.0 {
@@ -77,7 +77,7 @@ pub fn emission_texel(rgb: [f64; 3]) -> ([f64; 3], f64) {
 /// Twice the largest component is factored out, which keeps the sigmoid where it is smoothest.
 fn emission_coefficients(rgb: [f64; 3], solve: fn([f64; 3]) -> [f64; 3]) -> ([f64; 3], f64) {
     let max = rgb.into_iter().fold(0.0, f64::max);
-    if max < f64::MIN_POSITIVE || max > f64::MAX / 4.0 {
+    if !(f64::MIN_POSITIVE..=f64::MAX / 4.0).contains(&max) {
         return ([0.0; 3], 0.0);
     }
     (solve(rgb.map(|v| 0.5 * v / max)), 2.0 * max)

@@ -1,0 +1,58 @@
+// The light pass: caustics. Paths from the lights that leave by way of a smooth surface are joined to the sensor wherever they scatter after that.
+// The camera pass leaves just those paths to this one, so that nothing is counted twice. One invocation traces one path of each pass.
+#include "common/math.wgsl"
+#include "common/sampler.wgsl"
+#include "common/bindings.wgsl"
+
+@group(0) @binding(13) var<storage, read_write> splats: array<atomic<u32>>;
+
+var<private> pass_of_path: u32; // pass within the table of spectra
+
+#include "common/modules.wgsl"
+#include "light/emit.wgsl"
+#include "sensor/connect.wgsl"
+#include "integrator/vertex.wgsl"
+#include "integrator/scatter.wgsl"
+
+fn begin_path(index: u32, sample: u32) -> Ray {
+    // One sequence over all paths of the batch: 0xffffffff is no pixel.
+    start_sampler(0xffffffffu, params.batch, params.seed, sample * params.light_paths + index);
+    pass_of_path = sample - params.first_sample;
+    pass_base = pass_of_path * params.spectra_stride;
+    let ray = emit();
+    start_path(ray);
+    return ray;
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
+    let index = 64u * (params.first_block + group.x) + local;
+    if (index >= params.light_paths) {
+        return;
+    }
+    var sample = params.first_sample;
+    let end = params.first_sample + params.samples;
+    var rays = 0u;
+    var ray = begin_path(index, sample);
+    loop {
+        let hit = trace(ray);
+        rays += 1u;
+#if CONNECT
+        if (path.in_shadow) {
+            ray = resume_after_shadow(ray, hit);
+        } else {
+            ray = advance(ray, hit);
+        }
+#else
+        ray = advance(ray, hit);
+#endif
+        if (path.ended) {
+            sample += 1u;
+            if (sample >= end) {
+                break;
+            }
+            ray = begin_path(index, sample);
+        }
+    }
+    atomicAdd(&counters[COUNTER_RAYS], rays);
+}

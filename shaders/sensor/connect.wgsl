@@ -1,0 +1,192 @@
+// The sensor seen from the scene: connections of light paths to a camera, or their crossings of an irradiance sensor, and splats into the film.
+
+var<private> splat_pixel: vec2u;
+
+// Adds `quanta` to a 64-bit sum, stochastically rounded: integers, so that the order of additions does not matter.
+fn add_quanta(index: u32, quanta: f32, u: f32) {
+    let whole = floor(quanta + u);
+    if (whole <= 0.0) {
+        return;
+    }
+    let high = floor(whole * 0x1p-32);
+    let low = u32(whole - high * 0x1p+32);
+    let before = atomicAdd(&splats[2u * index], low);
+    let carry = select(0u, 1u, before + low < low);
+    let high_sum = u32(high) + carry;
+    if (high_sum != 0u) {
+        atomicAdd(&splats[2u * index + 1u], high_sum);
+    }
+}
+
+// Adds `pending` to the pixel at hand.
+fn splat() {
+    let at = splat_pixel - vec2u(params.tile_x, params.tile_y);
+    if (at.x >= params.tile_width || at.y >= params.tile_height) {
+        return;
+    }
+    let base = (at.y * params.tile_width + at.x) * (BINS + 3u);
+    var all = vec4f(0.0);
+    for (var k = 0u; k < LANES4; k++) {
+        all += abs(pending[k]) * params.inverse_quantum;
+    }
+    let total = sum4(all);
+    if (!is_finite(total)) {
+        atomicAdd(&counters[COUNTER_NOT_FINITE], 1u);
+        return;
+    }
+    // 2^62 quanta in one splat cannot be held: counted, not wrapped.
+    if (total > 0x1p+62) {
+        atomicAdd(&counters[COUNTER_SATURATED], 1u);
+        return;
+    }
+    let u = next_1d();
+    var xyz = vec3f(0.0);
+    for (var k = 0u; k < LANES4; k++) {
+        xyz += vec3f(dot(pending[k], spectrum(ROW_X, k)), dot(pending[k], spectrum(ROW_Y, k)), dot(pending[k], spectrum(ROW_Z, k)));
+        let w = pending[k] * spectrum(ROW_BIN, k) * params.inverse_quantum;
+        for (var c = 0u; c < 4u; c++) {
+            if (w[c] > 0.0 && 4u * k + c < LANES) {
+#if MANY_BINS
+                add_quanta(base + lane_bins[pass_of_path * LANES + 4u * k + c], w[c], u);
+#else
+                add_quanta(base + 4u * k + c, w[c], u);
+#endif
+            }
+        }
+    }
+    xyz *= params.inverse_quantum / f32(XYZ_RATIO);
+    add_quanta(base + BINS, xyz.x, u);
+    add_quanta(base + BINS + 1u, xyz.y, u);
+    add_quanta(base + BINS + 2u, xyz.z, u);
+}
+
+#if SENSOR_CAMERA
+// Weight of the reconstruction filter at distance x from a pixel's centre, normalised to integral 1; pixels.
+fn filter_weight(x: f32) -> f32 {
+#if FILTER_TENT
+    return max(0.0, 1.0 - abs(x) / params.filter_radius) / params.filter_radius;
+#elif FILTER_GAUSSIAN
+    let s = x / params.filter_radius;
+    return exp(-0.5 * s * s) * 0.4000222589 / params.filter_radius;
+#else
+    return select(0.0, 1.0, x >= -0.5 && x < 0.5);
+#endif
+}
+
+// One of the pixels whose filter covers `x` (pixels), by its weight: (pixel, sum of weights), negative if none.
+fn choose_pixel(x: f32, u: f32) -> vec2f {
+    let first = ceil(x - 0.5 - params.filter_reach);
+    let last = floor(x - 0.5 + params.filter_reach);
+    var total = 0.0;
+    var chosen = -1.0;
+    var v = u;
+    for (var p = first; p <= last; p += 1.0) {
+        let w = filter_weight(x - 0.5 - p);
+        total += w;
+        // Reservoir of one: keeps p with probability w / total.
+        let keep = w > 0.0 && v * total < w;
+        chosen = select(chosen, p, keep);
+        v = select((v * total - w) / max(total - w, 1e-20), v * total / max(w, 1e-20), keep);
+    }
+    return vec2f(chosen, total);
+}
+
+// The camera as a light sample: `weight` times the flux density scattered towards `wi` is radiance in the pixel `splat_pixel`.
+fn connect_to_sensor(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
+    var s = no_light();
+    let size = vec2f(f32(params.image_width), f32(params.image_height));
+    let pixel_area = 4.0 * params.half_extent.x * params.half_extent.y / (size.x * size.y);
+    var q: vec2f;
+#if SENSOR_PERSPECTIVE
+    var eye = params.origin.xyz;
+    var lens = vec2f(0.0);
+#if LENS
+    lens = params.half_extent.z * sample_disc(u);
+    eye += lens.x * params.axis_x.xyz + lens.y * params.axis_y.xyz;
+#endif
+    let v = eye - p;
+    let d2 = dot(v, v);
+    if (d2 == 0.0) {
+        return s;
+    }
+    s.distance = sqrt(d2);
+    s.wi = v / s.distance;
+    let z = dot(s.wi, params.axis_z.xyz);
+    if (z <= 0.0) {
+        return s;
+    }
+    q = vec2f(-dot(s.wi, params.axis_x.xyz), -dot(s.wi, params.axis_y.xyz)) / z;
+#if LENS
+    q += lens / params.half_extent.w;
+#endif
+    // Solid angle to area on the plane at distance 1 is 1 / cos^3.
+    s.weight = 1.0 / (d2 * z * z * z * pixel_area);
+#else
+    let v = params.origin.xyz - p;
+    s.wi = params.axis_z.xyz;
+    s.distance = dot(v, s.wi);
+    if (s.distance <= 0.0) {
+        return s;
+    }
+    q = -vec2f(dot(v, params.axis_x.xyz), dot(v, params.axis_y.xyz));
+    s.weight = 1.0 / pixel_area;
+#endif
+    let at = (0.5 + vec2f(0.5, -0.5) * q / params.half_extent.xy) * size;
+    let column = choose_pixel(at.x, u_choice);
+    let row = choose_pixel(at.y, fract(u_choice * 4096.0));
+    if (column.x < 0.0 || row.x < 0.0 || column.x >= size.x || row.x >= size.y) {
+        s.weight = 0.0;
+        return s;
+    }
+    s.weight *= column.y * row.y;
+    splat_pixel = vec2u(u32(column.x), u32(row.x));
+    return s;
+}
+#else
+// Records where the segment of `ray` up to `t_max` crosses the irradiance sensor from its front.
+fn record_crossing(ray: Ray, t_max: f32) {
+    if (!path.first_is_smooth) {
+        return;
+    }
+    let size = vec2f(f32(params.image_width), f32(params.image_height));
+    var t = -1.0;
+    var at = vec2f(0.0);
+    var area = 0.0;
+#if SENSOR_PLANE
+    let cos_theta = dot(ray.d, params.axis_z.xyz);
+    if (cos_theta >= 0.0) {
+        return;
+    }
+    let v = params.origin.xyz - ray.o;
+    t = dot(v, params.axis_z.xyz) / cos_theta;
+    let q = t * ray.d - v;
+    at = vec2f(dot(q, params.dual_u.xyz), 1.0 - dot(q, params.dual_v.xyz));
+    area = params.dual_u.w;
+#else
+    let v = ray.o - params.origin.xyz;
+    let r = params.half_extent.x;
+    let b = -dot(v, ray.d);
+    let l = v + b * ray.d;
+    let discriminant = r * r - dot(l, l);
+    if (discriminant <= 0.0) {
+        return;
+    }
+    t = b - sqrt(discriminant);
+    let n = (v + t * ray.d) / r;
+    var phi = atan2(-n.z, n.x) / (2.0 * PI);
+    at = vec2f(select(phi, phi + 1.0, phi < 0.0), 0.5 - 0.5 * n.y);
+    area = 4.0 * PI * r * r;
+#endif
+    if (t <= 0.0 || t >= t_max || any(at < vec2f(0.0)) || any(at >= vec2f(1.0))) {
+        return;
+    }
+    for (var k = 0u; k < LANES4; k++) {
+        pending[k] = beta[k] * size.x * size.y / area;
+    }
+#if MEDIA
+    attenuate_pending(ruling_interior(inside), t);
+#endif
+    splat_pixel = vec2u(at * size);
+    splat();
+}
+#endif

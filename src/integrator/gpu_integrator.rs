@@ -1,0 +1,333 @@
+//! Batches on the GPU, tile by tile: the camera pass, then the light pass where there can be caustics.
+
+use super::{Features, Plan, Wavelengths};
+use crate::color::cie::K_M;
+use crate::error::{Error, Result};
+use crate::film::{Film, Tile};
+use crate::geometry::{Bounds, bounds, bounds_of_all};
+use crate::gpu::layout::{
+    COUNTER_NEGATIVE, COUNTER_NOT_FINITE, COUNTER_RAYS, COUNTER_SATURATED, COUNTER_TRUNCATED, COUNTERS, Params, XYZ_RATIO,
+};
+use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, ranks};
+use crate::reference::initial_interiors;
+use crate::render::{BatchStats, Integrator};
+use crate::scene::{Bins, Filter, Material, Scene, Sensor};
+use crate::spectrum::library::{Observer, observer};
+use glam::{DVec3, Vec4};
+use std::f64::consts::PI;
+use std::time::{Duration, Instant};
+
+/// Passes whose spectra are uploaded at a time.
+const PASSES_PER_UPLOAD: u32 = 64;
+/// How long a dispatch should take: well below the watchdogs of desktop drivers.
+const DISPATCH_TIME: Duration = Duration::from_millis(50);
+
+/// A kernel with what its dispatches need.
+#[derive(Debug)]
+struct Pass {
+    kernel: Kernel,
+    /// Workgroups of the next dispatch: adapted so that it takes [`DISPATCH_TIME`].
+    groups: u32,
+}
+
+/// Renders a scene on an adapter.
+#[derive(Debug)]
+pub struct GpuIntegrator {
+    gpu: Gpu,
+    plan: Plan,
+    camera: Pass,
+    /// Finds the caustics, where there can be any.
+    light: Option<Pass>,
+    scene: GpuScene,
+    wavelengths: Wavelengths,
+    bins: Bins,
+    seed: u32,
+    params: Params,
+    uniforms: wgpu::Buffer,
+    counters: wgpu::Buffer,
+}
+
+impl GpuIntegrator {
+    /// Plans, compiles and uploads. `device` picks an adapter by part of its name; the seed keys all random numbers.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if no adapter fits, [`Error::Usage`] if the scene exceeds what it can hold.
+    pub fn new(scene: &Scene, device: Option<&str>, seed: u64) -> Result<Self> {
+        let gpu = Gpu::open(device)?;
+        let plan = Plan::new(scene);
+        let gpu_scene = GpuScene::new(&gpu, scene)?;
+        let constants = plan.constants() + &gpu_scene.constants;
+        let pass = |root: &str, features: &Features| -> Result<Pass> {
+            Ok(Pass { kernel: Kernel::new(&gpu, root, &constants, features)?, groups: 64 })
+        };
+        let camera = pass("camera_paths.wgsl", &plan.camera)?;
+        let light = plan.light.as_ref().map(|f| pass("light_paths.wgsl", f)).transpose()?;
+        let params = params(
+            scene,
+            bounds_of_all(&scene.shapes),
+            gpu_scene.origin,
+            gpu_scene.power,
+            gpu_scene.rows.len() as u32 * plan.lanes.div_ceil(4),
+        )?;
+        let uniforms = gpu.uniform("params", std::mem::size_of::<Params>() as u64);
+        let counters = gpu.empty_storage("counters", (COUNTERS * 4) as u64)?;
+        let seed = (seed ^ (seed >> 32)) as u32;
+        let (wavelengths, bins) = (Wavelengths::new(scene), scene.film.bins);
+        Ok(Self { gpu, plan, camera, light, scene: gpu_scene, wavelengths, bins, seed, params, uniforms, counters })
+    }
+
+    /// What the scene needed.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Where it runs.
+    pub fn adapter(&self) -> &AdapterInfo {
+        &self.gpu.info
+    }
+
+    /// Bytes of the scene on the adapter.
+    pub fn scene_bytes(&self) -> u64 {
+        self.scene.bytes
+    }
+
+    /// Offset of pass `pass` of batch `batch`: radical inverses, shifted at random from batch to batch (Cranley & Patterson 1976).
+    fn offset(&self, batch: u32, pass: u32) -> f64 {
+        let mut h = (u64::from(self.seed) << 32 | u64::from(batch)).wrapping_add(0x9e37_79b9_7f4a_7c15);
+        // SplitMix64 finaliser (Steele et al. 2014).
+        h = (h ^ (h >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        h = (h ^ (h >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        h ^= h >> 31;
+        let shift = (h >> 11) as f64 * 0.5f64.powi(53);
+        (f64::from(pass.reverse_bits()) * 0.5f64.powi(32) + shift).fract()
+    }
+
+    /// Spectra of the passes `first .. first + count` as the shaders read them, and the bin of each lane.
+    fn spectra(&self, batch: u32, first: u32, count: u32) -> (Vec<Vec4>, Vec<u32>) {
+        let lanes = self.plan.lanes as usize;
+        let cmf = observer(Observer::Cie1931);
+        let mut table = Vec::new();
+        let mut lane_bins = Vec::new();
+        for pass in first..first + count {
+            let sampled = self.wavelengths.pass(self.offset(batch, pass));
+            lane_bins.extend(sampled.iter().map(|(nm, _)| self.bins.index_of(*nm)));
+            let weights: Vec<[f64; 4]> = sampled
+                .iter()
+                .map(|(nm, pdf)| {
+                    let [x, y, z] = cmf.eval(*nm).map(|v| K_M * v / pdf);
+                    [1.0 / (pdf * self.bins.width_nm()), x, y, z]
+                })
+                .collect();
+            for row in &self.scene.rows {
+                let mut values: Vec<f32> = sampled.iter().zip(&weights).map(|((nm, _), w)| row.eval(*nm, w) as f32).collect();
+                // Lanes that only fill up the last vec4 carry no light; 1 keeps ratios of indices finite.
+                values.resize(lanes.next_multiple_of(4), 1.0);
+                table.extend(values.chunks_exact(4).map(Vec4::from_slice));
+            }
+        }
+        (table, lane_bins)
+    }
+
+    /// Tiles whose film (or splats, twice as large) fits an adapter's binding, in whole 8 x 8 blocks.
+    fn tiles(&self) -> Vec<Tile> {
+        let (width, height) = (self.params.image_width, self.params.image_height);
+        let pixels = self.gpu.max_binding() / (8 * u64::from(self.plan.bins + 3));
+        let columns = if u64::from(width) * 8 > pixels { (pixels / 64 * 8) as u32 } else { width };
+        let rows = (pixels / u64::from(columns) / 8 * 8).clamp(8, 1 << 20) as u32;
+        let mut tiles = Vec::new();
+        for y in (0..height).step_by(rows as usize) {
+            for x in (0..width).step_by(columns as usize) {
+                tiles.push(Tile { x, y, width: columns.min(width - x), height: rows.min(height - y) });
+            }
+        }
+        tiles
+    }
+
+    /// Renders one tile into `film`.
+    fn render_tile(&mut self, tile: Tile, batch: u32, spp: u32, film: &mut Film) -> Result<BatchStats> {
+        let floats = u64::from(tile.width) * u64::from(tile.height) * u64::from(self.plan.bins + 3);
+        let sums = self.gpu.empty_storage("film", floats * 4)?;
+        let splats = if self.light.is_some() { Some(self.gpu.empty_storage("splats", floats * 8)?) } else { None };
+        let mut stats =
+            BatchStats { paths: u64::from(tile.width) * u64::from(tile.height) * u64::from(spp), ..Default::default() };
+        for first in (0..spp).step_by(PASSES_PER_UPLOAD as usize) {
+            let count = PASSES_PER_UPLOAD.min(spp - first);
+            let (table, lane_bins) = self.spectra(batch, first, count);
+            let spectra = self.gpu.storage("spectra", &table)?;
+            let lane_bins = self.gpu.storage("wavelength bins", &lane_bins)?;
+            let mut buffers: Vec<(&str, &wgpu::Buffer)> = self.scene.buffers.iter().map(|(n, b)| (*n, b)).collect();
+            buffers.extend([("params", &self.uniforms), ("counters", &self.counters), ("film", &sums)]);
+            buffers.extend([("spectra", &spectra), ("lane_bins", &lane_bins)]);
+            buffers.extend(splats.iter().map(|s| ("splats", s)));
+            let params = Params {
+                tile_x: tile.x,
+                tile_y: tile.y,
+                tile_width: tile.width,
+                tile_height: tile.height,
+                first_sample: first,
+                samples: count,
+                batch,
+                seed: self.seed,
+                ..self.params
+            };
+            let job = Job { gpu: &self.gpu, uniforms: &self.uniforms, counters: &self.counters, buffers: &buffers, params };
+            stats += job.run(&mut self.camera, tile.width.div_ceil(8) * tile.height.div_ceil(8))?;
+            if let Some(light) = &mut self.light {
+                stats += job.run(light, self.params.light_paths.div_ceil(64))?;
+            }
+        }
+        let mut sums: Vec<f32> = self.gpu.read(&sums, floats * 4)?;
+        if let Some(splats) = splats {
+            let channels = self.plan.bins as usize + 3;
+            // Every pass is an estimate from all its light paths.
+            let quantum = 1.0 / (f64::from(self.params.inverse_quantum) * f64::from(self.params.light_paths));
+            let words: Vec<u32> = self.gpu.read(&splats, floats * 8)?;
+            for (i, (sum, w)) in sums.iter_mut().zip(words.chunks_exact(2)).enumerate() {
+                let unit = if i % channels < channels - 3 { quantum } else { quantum * f64::from(XYZ_RATIO) };
+                *sum += ((u64::from(w[1]) << 32 | u64::from(w[0])) as f64 * unit) as f32;
+            }
+        }
+        film.add_batch(tile, &sums, spp);
+        Ok(stats)
+    }
+}
+
+/// What the dispatches of a pass over one tile share.
+struct Job<'a> {
+    gpu: &'a Gpu,
+    uniforms: &'a wgpu::Buffer,
+    counters: &'a wgpu::Buffer,
+    buffers: &'a [(&'a str, &'a wgpu::Buffer)],
+    params: Params,
+}
+
+impl Job<'_> {
+    /// Runs `groups` workgroups of `pass`, in dispatches of about [`DISPATCH_TIME`].
+    fn run(&self, pass: &mut Pass, groups: u32) -> Result<BatchStats> {
+        let bindings = pass.kernel.bind(self.gpu, self.buffers)?;
+        let limit = self.gpu.device.limits().max_compute_workgroups_per_dimension;
+        let mut stats = BatchStats::default();
+        let mut first = 0;
+        while first < groups {
+            let now = pass.groups.min(groups - first);
+            let params = Params { first_block: first, ..self.params };
+            self.gpu.queue.write_buffer(self.uniforms, 0, bytemuck::bytes_of(&params));
+            self.gpu.queue.write_buffer(self.counters, 0, &[0; COUNTERS * 4]);
+            let start = Instant::now();
+            pass.kernel.run(self.gpu, &bindings, now)?;
+            let ratio = DISPATCH_TIME.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-4);
+            first += now;
+            // What is left over at the end says little about a full dispatch.
+            if now == pass.groups || ratio < 1.0 {
+                pass.groups = ((f64::from(now) * ratio.clamp(0.25, 2.0)) as u32).clamp(1, limit);
+            }
+            let c: Vec<u32> = self.gpu.read(self.counters, (COUNTERS * 4) as u64)?;
+            let at = |i: u32| u64::from(c[i as usize]);
+            stats += BatchStats {
+                paths: 0,
+                rays: at(COUNTER_RAYS),
+                dropped_not_finite: at(COUNTER_NOT_FINITE),
+                dropped_negative: at(COUNTER_NEGATIVE),
+                dropped_saturated: at(COUNTER_SATURATED),
+                truncated: at(COUNTER_TRUNCATED),
+            };
+        }
+        Ok(stats)
+    }
+}
+
+impl Integrator for GpuIntegrator {
+    fn render_batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats> {
+        let mut stats = BatchStats::default();
+        for tile in self.tiles() {
+            stats += self.render_tile(tile, index, spp, film)?;
+        }
+        Ok(stats)
+    }
+}
+
+/// Uniforms that do not change from dispatch to dispatch.
+fn params(scene: &Scene, bounds: Bounds, origin: DVec3, power: f64, spectra_stride: u32) -> Result<Params> {
+    let film = &scene.film;
+    let local = |p: DVec3| (p - origin).as_vec3().extend(0.0);
+    let vec4 = |v: DVec3| v.as_vec3().extend(0.0);
+    let aspect = f64::from(film.width) / f64::from(film.height);
+    let half = |x: f64, y: f64, z: f64, w: f64| Vec4::new(x as f32, y as f32, z as f32, w as f32);
+    let mut p = Params {
+        image_width: film.width,
+        image_height: film.height,
+        max_depth: scene.max_depth,
+        spectra_stride,
+        light_paths: film.width * film.height,
+        filter_reach: match film.filter {
+            Filter::Box => 0.5,
+            Filter::Tent { radius } => radius as f32,
+            Filter::Gaussian { sigma } => (3.0 * sigma) as f32,
+        },
+        filter_radius: match film.filter {
+            Filter::Box => 0.5,
+            Filter::Tent { radius } => radius as f32,
+            Filter::Gaussian { sigma } => sigma as f32,
+        },
+        ..Default::default()
+    };
+    let start = match &scene.sensor {
+        Sensor::Perspective { eye, frame, tan_half_vfov, lens_radius, focus_distance } => {
+            p.origin = local(*eye);
+            [p.axis_x, p.axis_y, p.axis_z] = [frame.x_axis, frame.y_axis, frame.z_axis].map(vec4);
+            p.half_extent = half(tan_half_vfov * aspect, *tan_half_vfov, *lens_radius, *focus_distance);
+            *eye
+        }
+        Sensor::Orthographic { eye, frame, height } => {
+            p.origin = local(*eye);
+            [p.axis_x, p.axis_y, p.axis_z] = [frame.x_axis, frame.y_axis, frame.z_axis].map(vec4);
+            p.half_extent = half(0.5 * height * aspect, 0.5 * height, 0.0, 0.0);
+            *eye
+        }
+        Sensor::IrradiancePlane { origin: corner, edge_u, edge_v } => {
+            p.origin = local(*corner);
+            [p.axis_x, p.axis_y, p.axis_z] = [*edge_u, *edge_v, edge_u.cross(*edge_v).normalize()].map(vec4);
+            // Dual basis: coordinates along the edges by dot products.
+            let n = edge_u.cross(*edge_v);
+            p.dual_u = vec4(edge_v.cross(n) / n.length_squared()).with_w(n.length() as f32);
+            p.dual_v = vec4(n.cross(*edge_u) / n.length_squared());
+            *corner + 0.5 * (edge_u + edge_v)
+        }
+        Sensor::IrradianceSphere { center, radius } => {
+            p.origin = local(*center);
+            p.half_extent = half(*radius, 0.0, 0.0, 0.0);
+            *center + DVec3::Y * *radius
+        }
+    };
+    let (target, scene_radius) = (bend_target(scene), 0.5 * (bounds.max - bounds.min).length());
+    p.bend_target = local(target.0).with_w(target.1 as f32);
+    p.scene_diameter = (2.0 * scene_radius) as f32;
+    // A quantum is 2^-24 of what a typical light path adds to a pixel that sees it from across the scene.
+    let pixel_measure = match scene.sensor {
+        Sensor::Perspective { tan_half_vfov, .. } => (2.0 * tan_half_vfov / f64::from(film.height) * scene_radius).powi(2) * PI,
+        Sensor::Orthographic { height, .. } => (height / f64::from(film.height)).powi(2) * PI,
+        Sensor::IrradiancePlane { edge_u, edge_v, .. } => edge_u.cross(edge_v).length() / f64::from(film.width * film.height),
+        Sensor::IrradianceSphere { radius, .. } => 4.0 * PI * radius * radius / f64::from(film.width * film.height),
+    };
+    p.inverse_quantum = (pixel_measure / power.max(1e-30) * 0.5f64.powi(-24)) as f32;
+    let around = initial_interiors(scene, &[start]);
+    p.inside = ranks(scene, &around[0]).ok_or_else(|| {
+        Error::usage("the sensor lies inside more than 4 nested volumes", "remove some of the glasses or media around it")
+    })?;
+    Ok(p)
+}
+
+/// A sphere around all smooth mirrors and glass: what light paths from afar must hit first.
+fn bend_target(scene: &Scene) -> (DVec3, f64) {
+    fn bends(scene: &Scene, material: usize) -> bool {
+        match &scene.materials[material] {
+            Material::Dielectric { alpha, .. } | Material::Conductor { alpha, .. } => *alpha == 0.0,
+            Material::ThinDielectric { .. } => true,
+            Material::Mix { a, b, .. } => bends(scene, *a) || bends(scene, *b),
+            Material::Diffuse { .. } | Material::Boundary { .. } => false,
+        }
+    }
+    let all = scene.shapes.iter().filter(|s| bends(scene, s.material));
+    let b = all.fold(Bounds::EMPTY, |b, s| b.union(bounds(&s.geometry)));
+    if b.is_empty() { (DVec3::ZERO, 0.0) } else { (0.5 * (b.min + b.max), 0.5 * (b.max - b.min).length()) }
+}

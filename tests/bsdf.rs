@@ -1,0 +1,190 @@
+//! Surfaces and fog: known values, sampling against densities, reciprocity, and energy.
+
+use abbe::bsdf::conductor::RoughConductor;
+use abbe::bsdf::dielectric::RoughDielectric;
+use abbe::bsdf::energy::EnergyTable;
+use abbe::bsdf::{fresnel, ggx, phase, sample_cosine};
+use glam::{DVec3, dvec3};
+use std::f64::consts::PI;
+
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let x = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((x ^ (x >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn array<const N: usize>(&mut self) -> [f64; N] {
+        std::array::from_fn(|_| self.next())
+    }
+}
+
+#[test]
+fn fresnel_has_its_known_values() {
+    let close = |a: f64, b: f64, tolerance: f64| assert!((a - b).abs() < tolerance, "{a} is not {b}");
+    close(fresnel::average_dielectric(1.5), 0.091778, 1e-6);
+    close(fresnel::average_dielectric(1.0 / 1.5), 0.596346, 1e-6);
+    close(fresnel::dielectric(1.0, 1.5168), 0.04216, 5e-6);
+    close(
+        fresnel::dielectric(56.604f64.to_radians().cos(), 1.5168),
+        0.5 * {
+            // At Brewster's angle only the perpendicular half is left.
+            let (i, t) = (56.604f64.to_radians(), (56.604f64.to_radians().sin() / 1.5168).asin());
+            ((i - t).sin() / (i + t).sin()).powi(2)
+        },
+        1e-9,
+    );
+    let critical = 41.245f64.to_radians();
+    assert!(fresnel::dielectric((critical - 1e-3).cos(), 1.0 / 1.5168) < 0.9);
+    assert_eq!(fresnel::dielectric((critical + 1e-3).cos(), 1.0 / 1.5168), 1.0);
+    assert_eq!(fresnel::dielectric(0.0, 1.5), 1.0);
+    // A metal without absorption is a dielectric.
+    for cos in [0.1, 0.5, 0.9, 1.0] {
+        close(fresnel::conductor(cos, 1.5, 0.0), fresnel::dielectric(cos, 1.5), 1e-12);
+    }
+    // Aluminium-like at normal incidence: ((n-1)^2 + k^2) / ((n+1)^2 + k^2).
+    close(fresnel::conductor(1.0, 0.9, 6.5), (0.01 + 42.25) / (3.61 + 42.25), 1e-12);
+}
+
+/// A chi-square test of directions against a density over cells of equal solid angle; what `pdf` leaves to 1 is absorbed.
+fn chi_square(name: &str, pdf: impl Fn(DVec3) -> f64, mut sample: impl FnMut(&mut Random) -> Option<DVec3>) {
+    const ROWS: usize = 16;
+    const COLS: usize = 16;
+    const FINE: usize = 24; // per cell along the azimuth, and four times that along the height
+    const SAMPLES: usize = 200_000;
+    let direction = |y: f64, phi: f64| dvec3(phi.cos() * (1.0 - y * y).sqrt(), phi.sin() * (1.0 - y * y).sqrt(), y);
+    let mut expected = vec![0.0; ROWS * COLS + 1];
+    for r in 0..ROWS * 4 * FINE {
+        for c in 0..COLS * FINE {
+            let y = -1.0 + 2.0 * (r as f64 + 0.5) / (ROWS * 4 * FINE) as f64;
+            let phi = 2.0 * PI * (c as f64 + 0.5) / (COLS * FINE) as f64;
+            let solid_angle = 4.0 * PI / (ROWS * COLS * 4 * FINE * FINE) as f64;
+            expected[r / (4 * FINE) * COLS + c / FINE] += pdf(direction(y, phi)) * solid_angle * SAMPLES as f64;
+        }
+    }
+    expected[ROWS * COLS] = SAMPLES as f64 - expected.iter().sum::<f64>();
+    assert!(expected[ROWS * COLS] > -3e-3 * SAMPLES as f64, "{name}: the density integrates to more than 1");
+    let mut seen = vec![0.0; ROWS * COLS + 1];
+    let mut random = Random(name.len() as u64);
+    for _ in 0..SAMPLES {
+        let cell = sample(&mut random).map_or(ROWS * COLS, |w| {
+            let row = (((w.z + 1.0) * 0.5 * ROWS as f64) as usize).min(ROWS - 1);
+            let col = ((w.y.atan2(w.x).rem_euclid(2.0 * PI) / (2.0 * PI) * COLS as f64) as usize).min(COLS - 1);
+            row * COLS + col
+        });
+        seen[cell] += 1.0;
+    }
+    // Cells with little in them are pooled; the error of the quadrature is allowed for in the variance.
+    let (mut statistic, mut cells, mut rest) = (0.0, 0.0, (0.0, 0.0));
+    for (s, e) in seen.iter().zip(&expected) {
+        if *e > 10.0 {
+            statistic += (s - e) * (s - e) / (e + (2e-3 * e).powi(2));
+            cells += 1.0;
+        } else {
+            rest = (rest.0 + s, rest.1 + e);
+        }
+    }
+    assert!((rest.0 - rest.1).abs() < 5.0 * f64::max(rest.1, 0.0).sqrt() + 10.0, "{name}: {} where {} belong", rest.0, rest.1);
+    let dof: f64 = cells - 1.0;
+    // Wilson-Hilferty; 4.5 standard deviations.
+    let limit = dof * (1.0 - 2.0 / (9.0 * dof) + 4.5 * (2.0 / (9.0 * dof)).sqrt()).powi(3);
+    assert!(statistic < limit, "{name}: chi-square {statistic:.0} of {dof} cells, limit {limit:.0}");
+}
+
+fn tilted(mu: f64) -> DVec3 {
+    dvec3(0.6 * (1.0 - mu * mu).sqrt(), 0.8 * (1.0 - mu * mu).sqrt(), mu)
+}
+
+#[test]
+fn directions_are_sampled_with_the_density_that_is_claimed() {
+    chi_square("cosine", |w| w.z.max(0.0) / PI, |r| Some(sample_cosine(r.array())));
+    for g in [-0.5, 0.0, 5e-5, 0.8] {
+        let dir = dvec3(0.36, -0.48, 0.8);
+        chi_square(&format!("hg {g}"), |w| phase::pdf_hg(w.dot(dir), g), |r| Some(phase::sample_hg(dir, g, r.array())));
+    }
+    for alpha in [0.3, 0.8] {
+        let (table, mirror) = (EnergyTable::dielectric(alpha), EnergyTable::conductor(alpha));
+        for mu in [0.15, 0.7] {
+            let wi = tilted(mu);
+            chi_square("vndf", |m| ggx::pdf_vndf(alpha, wi, m), |r| Some(ggx::sample_vndf(alpha, wi, r.array())));
+            for eta in [1.5, 1.0 / 1.5] {
+                let b = RoughDielectric { alpha, eta, energy: &table };
+                chi_square(&format!("dielectric {alpha} {mu} {eta}"), |w| b.pdf(wi, w), |r| b.sample(wi, r.array()).map(|s| s.0));
+            }
+            let b = RoughConductor { alpha, energy: &mirror };
+            chi_square(&format!("conductor {alpha} {mu}"), |w| b.pdf(wi, w), |r| b.sample(wi, r.array()).map(|s| s.wo));
+        }
+    }
+}
+
+#[test]
+fn weights_of_rough_samples_are_value_over_density() {
+    // Over many samples, the weight averaged in a half space must be the integral of the value there.
+    let (alpha, mut random) = (0.5, Random(3));
+    let table = EnergyTable::dielectric(alpha);
+    for eta in [1.5, 1.0 / 1.5] {
+        let (b, wi) = (RoughDielectric { alpha, eta, energy: &table }, tilted(0.6));
+        for side in [1.0, -1.0] {
+            const N: usize = 400_000;
+            // Mean and standard error of the difference, weighted so that directions count.
+            let (mut sum, mut difference, mut squares) = (0.0, 0.0, 0.0);
+            for _ in 0..N {
+                let by_weight = b.sample(wi, random.array()).filter(|s| s.0.z * side > 0.0).map_or(0.0, |s| s.1 * s.0.x.abs());
+                let wo = sample_cosine(random.array());
+                let by_value = b.eval(wi, dvec3(wo.x, wo.y, wo.z * side)) * PI / wo.z * wo.x.abs();
+                sum += by_value;
+                difference += by_weight - by_value;
+                squares += (by_weight - by_value).powi(2);
+            }
+            let error = squares.sqrt() / N as f64;
+            assert!(difference.abs() / (N as f64) < 4.0 * error, "eta {eta}, side {side}: {} +- {error}", difference / N as f64);
+            assert!(error < 0.02 * sum / N as f64, "an error of {error} is too large to tell anything");
+        }
+    }
+}
+
+#[test]
+fn rough_glass_is_reciprocal_and_rough_metal_too() {
+    let mut random = Random(11);
+    for (alpha, n) in [(0.1, 1.3), (0.4, 1.5), (1.0, 2.4)] {
+        let (table, mirror) = (EnergyTable::dielectric(alpha), EnergyTable::conductor(alpha));
+        let near = RoughDielectric { alpha, eta: n, energy: &table };
+        let far = RoughDielectric { alpha, eta: 1.0 / n, energy: &table };
+        let metal = RoughConductor { alpha, energy: &mirror };
+        for _ in 0..200 {
+            let (a, b) = (sample_cosine(random.array()), sample_cosine(random.array()));
+            let same = |x: f64, y: f64| assert!((x - y).abs() <= 1e-9 * (x + y), "{alpha} {n}: {x} against {y}");
+            same(near.eval(a, b) / b.z, near.eval(b, a) / a.z);
+            same(metal.eval(a, b, 0.5, 3.0) / b.z, metal.eval(b, a, 0.5, 3.0) / a.z);
+            // n_a^2 g_ab = n_b^2 g_ba, the far side's frame being turned upside down.
+            let turned = |w: DVec3| dvec3(w.x, w.y, -w.z);
+            same(near.eval(a, turned(b)) / b.z, n * n * far.eval(b, turned(a)) / a.z);
+        }
+    }
+}
+
+#[test]
+fn energy_lost_to_single_scattering_is_given_back() {
+    for alpha in [0.02, 0.1, 0.3, 0.7, 1.0] {
+        let table = EnergyTable::dielectric(alpha);
+        for eta in [1.1, 1.33, 1.5168, 2.417, 1.0 / 1.1, 1.0 / 1.33, 1.0 / 1.5168, 1.0 / 2.417] {
+            let b = RoughDielectric { alpha, eta, energy: &table };
+            let mut random = Random((alpha * 100.0 + eta * 1e4) as u64);
+            const N: usize = 150_000;
+            let (mut sum, mut squares) = (0.0, 0.0);
+            for _ in 0..N {
+                let wi = sample_cosine(random.array());
+                let w = b.sample(wi, random.array()).map_or(0.0, |s| s.1);
+                sum += w;
+                squares += w * w;
+            }
+            let mean = sum / N as f64;
+            let error = ((squares / N as f64 - mean * mean) / N as f64).sqrt();
+            println!("alpha {alpha} eta {eta:.4}: {mean:.5} +- {error:.5}");
+            assert!((mean - 1.0).abs() < 1e-3 + 4.0 * error, "alpha {alpha} eta {eta}: {mean} +- {error}");
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! Small scenes, and what tells whether two estimates of a film agree.
+
+use abbe::film::Film;
+use abbe::reference::ReferenceIntegrator;
+use abbe::render::Integrator;
+use abbe::scene::*;
+use abbe::spectrum::{Formula, Ior, Spectrum};
+use glam::{DMat3, DVec3, dvec3};
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+pub fn flat(v: f64) -> Spectrum {
+    Spectrum::Constant(v)
+}
+
+/// Linear from `a` at 400 nm to `b` at 700 nm.
+pub fn ramp(a: f64, b: f64) -> Spectrum {
+    Spectrum::Table { nm: vec![400.0, 700.0], values: vec![a, b], extend: true }
+}
+
+/// A strongly dispersive index.
+pub fn flint() -> Ior {
+    Ior::new(Formula::Cauchy { coef_um: vec![1.6, 0.03] })
+}
+
+pub fn air() -> Interior {
+    solid("surroundings", 1.0, 0)
+}
+
+pub fn solid(name: &str, n: f64, priority: u8) -> Interior {
+    Interior { name: name.into(), ior: Ior::constant(n), sigma_a: flat(0.0), sigma_s: flat(0.0), g: 0.0, priority }
+}
+
+pub fn scene(width: u32, height: u32, count: u32, sensor: Sensor) -> Scene {
+    Scene {
+        name: "test".into(),
+        film: FilmSettings {
+            width,
+            height,
+            bins: Bins { min_nm: 400.0, max_nm: 700.0, count },
+            filter: Filter::Box,
+            sampling: WavelengthSampling::Continuous,
+            exposure: None,
+        },
+        sensor,
+        materials: vec![Material::Diffuse { reflectance: flat(0.5) }],
+        interiors: vec![air()],
+        shapes: vec![],
+        lights: vec![],
+        max_depth: 64,
+        reference: Estimator::Backward,
+        notes: vec![],
+    }
+}
+
+pub fn look_at(eye: DVec3, target: DVec3) -> DMat3 {
+    let z = (eye - target).normalize();
+    let up = if z.y.abs() > 0.99 { DVec3::Z } else { DVec3::Y };
+    let x = up.cross(z).normalize();
+    DMat3::from_cols(x, z.cross(x), z)
+}
+
+pub fn pinhole(eye: DVec3, target: DVec3, tan_half_vfov: f64) -> Sensor {
+    Sensor::Perspective { eye, frame: look_at(eye, target), tan_half_vfov, lens_radius: 0.0, focus_distance: 1.0 }
+}
+
+pub fn orthographic(eye: DVec3, target: DVec3, height: f64) -> Sensor {
+    Sensor::Orthographic { eye, frame: look_at(eye, target), height }
+}
+
+pub fn material(scene: &mut Scene, m: Material) -> usize {
+    scene.materials.push(m);
+    scene.materials.len() - 1
+}
+
+pub fn shape(scene: &mut Scene, material: usize, geometry: Geometry) {
+    scene.shapes.push(Shape { name: String::new(), geometry, material, emission: None });
+}
+
+pub fn lamp(scene: &mut Scene, geometry: Geometry, radiance: Spectrum) {
+    let emission = Some(Emission { radiance, two_sided: false });
+    scene.shapes.push(Shape { name: "lamp".into(), geometry, material: 0, emission });
+}
+
+pub fn glass(scene: &mut Scene, interior: Interior, alpha: f64) -> usize {
+    scene.interiors.push(interior);
+    let interior = scene.interiors.len() - 1;
+    material(scene, Material::Dielectric { interior, alpha })
+}
+
+pub fn sphere(center: DVec3, radius: f64) -> Geometry {
+    Geometry::Sphere { center, radius }
+}
+
+pub fn disc(center: DVec3, normal: DVec3, radius: f64) -> Geometry {
+    Geometry::Disc { center, normal, radius }
+}
+
+/// An axis-aligned box with outward normals.
+pub fn cuboid(lo: DVec3, hi: DVec3) -> Geometry {
+    let corner = |i: u32| dvec3(pick(i & 1, lo.x, hi.x), pick(i & 2, lo.y, hi.y), pick(i & 4, lo.z, hi.z));
+    let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let triangles = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    Geometry::Mesh(Arc::new(Mesh { positions: (0..8).map(corner).collect(), normals: vec![], triangles }))
+}
+
+pub fn pick(bit: u32, zero: f64, one: f64) -> f64 {
+    if bit == 0 { zero } else { one }
+}
+
+/// A coarse triangulated ball with the normals of the true one.
+pub fn smooth_ball(center: DVec3, radius: f64) -> Geometry {
+    let (n, m) = (10u32, 6u32);
+    let mut mesh = Mesh::default();
+    for j in 0..=m {
+        for i in 0..n {
+            let (theta, phi) = (PI * f64::from(j) / f64::from(m), 2.0 * PI * f64::from(i) / f64::from(n));
+            let d = dvec3(theta.sin() * phi.cos(), theta.cos(), -theta.sin() * phi.sin());
+            mesh.positions.push(center + d * radius);
+            mesh.normals.push(d);
+        }
+    }
+    for j in 0..m {
+        for i in 0..n {
+            let (a, b) = (j * n + i, j * n + (i + 1) % n);
+            if j > 0 {
+                mesh.triangles.push([a, a + n, b]);
+            }
+            if j < m - 1 {
+                mesh.triangles.push([b, a + n, b + n]);
+            }
+        }
+    }
+    Geometry::Mesh(Arc::new(mesh))
+}
+
+/// A small open room, lit from above, seen from its front.
+pub fn room(bins: u32, size: u32) -> Scene {
+    let mut s = scene(size, size, bins, pinhole(dvec3(0.0, 1.0, 3.4), dvec3(0.0, 0.6, 0.0), 0.32));
+    // Both estimators mean the same by a depth, and a small one saves time.
+    s.max_depth = 10;
+    s.materials[0] = Material::Diffuse { reflectance: ramp(0.8, 0.4) };
+    shape(&mut s, 0, disc(DVec3::ZERO, DVec3::Y, 3.0));
+    shape(&mut s, 0, disc(dvec3(0.0, 0.0, -1.0), DVec3::Z, 3.0));
+    lamp(&mut s, disc(dvec3(0.0, 2.0, 0.2), -DVec3::Y, 0.8), ramp(1.0, 2.0));
+    s
+}
+
+/// Values of independent batches, one after another.
+pub fn batches(scene: &Scene, estimator: Estimator, count: u32, spp: u32) -> Vec<Vec<f64>> {
+    let mut integrator = ReferenceIntegrator::new(scene, estimator, 7).expect("a scene this estimator can see");
+    let render = |i| {
+        let mut film = Film::new(&scene.film);
+        let stats = integrator.render_batch(i, spp, &mut film).expect("a batch");
+        assert_eq!((stats.dropped_not_finite, stats.dropped_negative), (0, 0), "dropped samples");
+        (0..film.pixels()).flat_map(|p| film.pixel(p).to_vec()).collect()
+    };
+    (0..count).map(render).collect()
+}
+
+/// Mean and standard error over batches of `value`.
+pub fn estimate(batches: &[Vec<f64>], value: impl Fn(&[f64]) -> f64) -> (f64, f64) {
+    let values: Vec<f64> = batches.iter().map(|b| value(b)).collect();
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean, (variance / n).sqrt())
+}
+
+/// Mean over the pixels of one channel.
+pub fn image_mean(scene: &Scene, channel: usize) -> impl Fn(&[f64]) -> f64 {
+    let channels = scene.film.bins.count as usize + 3;
+    move |b| b.chunks(channels).map(|p| p[channel]).sum::<f64>() / (b.len() / channels) as f64
+}
+
+/// Upper quantile of the standard normal distribution (Abramowitz & Stegun 26.2.23, error below 4.5e-4).
+pub fn normal_quantile(p: f64) -> f64 {
+    let t = (-2.0 * p.ln()).sqrt();
+    t - (2.515517 + 0.802853 * t + 0.010328 * t * t) / (1.0 + 1.432788 * t + 0.189269 * t * t + 0.001308 * t.powi(3))
+}
+
+/// Two-sided threshold of Student's t with `dof` degrees of freedom for one of `family` tests, all together at 1e-3
+/// (Sidak; Cornish-Fisher expansion, Abramowitz & Stegun 26.7.5).
+pub fn threshold(family: usize, dof: f64) -> f64 {
+    let z = normal_quantile(0.5 * -f64::exp_m1((-1e-3f64).ln_1p() / family as f64));
+    z + (z.powi(3) + z) / (4.0 * dof) + (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / (96.0 * dof * dof)
+}
+
+/// Both estimators agree in every channel of the whole film and of each of its quarters, and their errors are small enough for that to
+/// mean something.
+pub fn agree(name: &str, scene: &Scene, backward_spp: u32, forward_spp: u32) {
+    const BATCHES: u32 = 24;
+    let a = batches(scene, Estimator::Backward, BATCHES, backward_spp);
+    let b = batches(scene, Estimator::Forward, BATCHES, forward_spp);
+    let (width, height) = (scene.film.width as usize, scene.film.height as usize);
+    let channels = scene.film.bins.count as usize + 3;
+    let limit = threshold(5 * channels, f64::from(BATCHES - 1));
+    for block in 0..5 {
+        let inside = |p: &usize| block == 4 || (p % width * 2 / width, p / width * 2 / height) == (block % 2, block / 2);
+        let pixels: Vec<usize> = (0..width * height).filter(inside).collect();
+        for channel in 0..channels {
+            let value = |film: &[f64]| pixels.iter().map(|p| film[p * channels + channel]).sum::<f64>() / pixels.len() as f64;
+            let ((ma, sa), (mb, sb)) = (estimate(&a, value), estimate(&b, value));
+            let error = sa.hypot(sb);
+            let what = format!("{name}: block {block} channel {channel}: backward {ma} +- {sa}, forward {mb} +- {sb}");
+            println!("{what}, z = {:.1}, error {:.2} %", (ma - mb).abs() / error, 100.0 * error / ma);
+            assert!((ma - mb).abs() < limit * error, "{what}, limit {limit} standard errors");
+            assert!(
+                error < if block == 4 { 0.012 } else { 0.04 } * ma,
+                "{what}: an error of {error} is too large to tell anything"
+            );
+        }
+    }
+}
+
+/// The mean of every bin equals `exact`.
+pub fn equals(name: &str, scene: &Scene, estimator: Estimator, spp: u32, exact: f64, floor: f64) {
+    let films = batches(scene, estimator, 16, spp);
+    let bins = scene.film.bins.count as usize;
+    for bin in 0..bins {
+        let (mean, error) = estimate(&films, image_mean(scene, bin));
+        let off = (mean - exact).abs();
+        println!("{name}: bin {bin}: {mean} +- {error}, exact {exact}");
+        assert!(off <= floor * exact + threshold(bins, 15.0) * error, "{name}: bin {bin}: {mean} +- {error}, exact {exact}");
+        assert!(error < 3e-3 * exact, "{name}: an error of {error} is too large to tell anything");
+    }
+}

@@ -1,0 +1,149 @@
+//! glTF files: as scenes by themselves and as parts of scenes.
+
+use crate::{folder, load_text, scene_with};
+use abbe::scene::{Geometry, Light, LoadOptions, Material, Scene, Sensor, load};
+use glam::DVec3;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// Two triangles: positions as floats and indices as bytes, in a data URI.
+fn document() -> Value {
+    let mut bytes: Vec<u8> = [0.0f32, 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0.].iter().flat_map(|v| v.to_le_bytes()).collect();
+    bytes.extend([0u8, 1, 2, 0, 2, 3]);
+    const DIGITS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let base64: String = bytes
+        .chunks(3)
+        .flat_map(|c| {
+            let word = c.iter().enumerate().fold(0u32, |w, (i, b)| w | u32::from(*b) << (16 - 8 * i));
+            (0..=c.len()).map(move |i| DIGITS[(word >> (18 - 6 * i) & 63) as usize] as char)
+        })
+        .collect();
+    json!({
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0, 2, 3]}],
+        "nodes": [
+            {"translation": [0, 0, -1], "children": [1]},
+            {"mesh": 0, "scale": [2, 2, -2]},
+            {"camera": 0, "translation": [0, 0, 5]},
+            {"extensions": {"KHR_lights_punctual": {"light": 0}}, "rotation": [-0.5f64.sqrt(), 0, 0, 0.5f64.sqrt()]}],
+        "meshes": [{"name": "square", "primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+        "materials": [{
+            "pbrMetallicRoughness": {"roughnessFactor": 0},
+            "emissiveFactor": [1, 1, 1],
+            "extensions": {
+                "KHR_materials_transmission": {"transmissionFactor": 1},
+                "KHR_materials_ior": {"ior": 1.5168},
+                "KHR_materials_dispersion": {"dispersion": 20.0 / 64.17},
+                "KHR_materials_volume": {"thicknessFactor": 1, "attenuationColor": [0.5, 0.5, 0.5], "attenuationDistance": 2},
+                "KHR_materials_emissive_strength": {"emissiveStrength": 100}}}],
+        "cameras": [{"type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1}}],
+        "extensions": {"KHR_lights_punctual": {"lights": [{"type": "directional", "intensity": 10, "color": [1, 1, 1]}]}},
+        "buffers": [{"byteLength": bytes.len(), "uri": format!("data:application/octet-stream;base64,{base64}")}],
+        "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 6}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5121, "count": 6, "type": "SCALAR"}],
+    })
+}
+
+fn load_document(name: &str, document: &Value) -> abbe::Result<Scene> {
+    let path: PathBuf = std::env::temp_dir().join(format!("abbe-{name}-{}.gltf", std::process::id()));
+    std::fs::write(&path, document.to_string()).unwrap();
+    let scene = load(&path, &LoadOptions::default());
+    std::fs::remove_file(&path).unwrap();
+    scene
+}
+
+#[test]
+fn a_gltf_file_is_a_scene_by_itself() {
+    let scene = load_document("itself", &document()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(scene.notes, Vec::<String>::new());
+    let Geometry::Mesh(mesh) = &scene.shapes[0].geometry else { panic!("not a mesh") };
+    assert_eq!(mesh.positions[2], DVec3::new(2.0, 2.0, -1.0));
+    assert_eq!(mesh.triangles, [[0, 2, 1], [0, 3, 2]], "mirrored, so turned");
+    let Material::Dielectric { interior, alpha } = scene.materials[scene.shapes[0].material] else { panic!("not glass") };
+    assert_eq!(alpha, 0.0);
+    let glass = &scene.interiors[interior];
+    assert!(
+        (glass.ior.nd() - 1.5168).abs() < 1e-6 && (glass.ior.vd() - 64.17).abs() < 0.2,
+        "{} {}",
+        glass.ior.nd(),
+        glass.ior.vd()
+    );
+    assert!((glass.sigma_a.eval(550.0) - 2f64.ln() / 2.0).abs() < 1e-9);
+    let emission = &scene.shapes[0].emission.as_ref().unwrap().radiance;
+    let luminance = abbe::color::cie::xyz_of(emission, abbe::spectrum::library::Observer::Cie1931)[1];
+    assert!((luminance - 100.0).abs() < 0.1, "{luminance}");
+    let Sensor::Perspective { eye, tan_half_vfov, .. } = scene.sensor else { panic!("wrong sensor") };
+    assert_eq!(eye, DVec3::new(0.0, 0.0, 5.0));
+    assert!((tan_half_vfov - 0.5f64.tan()).abs() < 1e-12);
+    let Light::Sun { direction, .. } = scene.lights[0] else { panic!("not a sun") };
+    assert!((direction - DVec3::NEG_Y).length() < 1e-12, "{direction}");
+}
+
+#[test]
+fn without_camera_and_light_it_is_framed_in_daylight_and_says_so() {
+    let mut bare = document();
+    bare["scenes"][0]["nodes"] = json!([0]);
+    bare["materials"][0] = json!({"pbrMetallicRoughness": {"metallicFactor": 0, "baseColorFactor": [0.2, 0.2, 0.2, 1], "baseColorTexture": {"index": 0}}});
+    let scene = load_document("bare", &bare).unwrap_or_else(|e| panic!("{e}"));
+    assert!(matches!(scene.lights[..], [Light::Constant { .. }]));
+    let Sensor::Perspective { eye, frame, tan_half_vfov, .. } = scene.sensor else { panic!("wrong sensor") };
+    let Geometry::Mesh(mesh) = &scene.shapes[0].geometry else { panic!("not a mesh") };
+    for p in &mesh.positions {
+        let v = frame.transpose() * (*p - eye);
+        assert!(v.z < 0.0 && v.x.abs().max(v.y.abs()) < -v.z * tan_half_vfov, "{p} is not seen");
+    }
+    for fragment in ["no camera", "no light", "textures are ignored"] {
+        assert!(scene.notes.iter().any(|n| n.contains(fragment)), "{fragment}: {:?}", scene.notes);
+    }
+    let Material::Diffuse { reflectance } = &scene.materials[0] else { panic!("not diffuse") };
+    assert!((reflectance.eval(500.0) - 0.2).abs() < 1e-9);
+}
+
+#[test]
+fn damaged_gltf_files_are_errors_with_their_place() {
+    let broken: &[(&str, Value, &str, &str)] = &[
+        ("/asset/version", json!("1.0"), "$.asset.version", "glTF 2"),
+        ("/buffers/0/uri", json!("data:;base64,!!!"), "$.buffers[0].uri", "base64"),
+        ("/buffers/0/uri", json!("../../etc/passwd"), "$.buffers[0].uri", "--allow-outside"),
+        ("/buffers/0/byteLength", json!(1000), "$.buffers[0]", "instead of 1000"),
+        ("/bufferViews/0/byteLength", json!(4_000_000_000u32), "$.accessors[0]", "beyond its buffer"),
+        ("/accessors/0/count", json!(5), "$.accessors[0]", "beyond its buffer"),
+        ("/accessors/0/count", json!(4_294_967_295u32), "$.accessors[0]", "beyond its buffer"),
+        ("/accessors/0/type", json!("VEC2"), "$.accessors[0].type", "VEC3 is needed"),
+        ("/accessors/0/componentType", json!(1), "$.accessors[0].componentType", "unknown component"),
+        ("/accessors/1/bufferView", json!(9), "$.accessors[1].bufferView", "no element 9"),
+        ("/nodes/1/mesh", json!(-1), "$.nodes[1].mesh", "whole number"),
+        ("/nodes/1/mesh", json!(3), "$.nodes[1].mesh", "no element 3"),
+        ("/nodes/0/children/0", json!(0), "$.nodes[0].children[0]", "reached twice"),
+        ("/nodes/1/scale", json!([0, 1, 1]), "$.meshes[0].primitives[0]", "singular"),
+        ("/cameras/0/perspective/yfov", json!(4), "$.cameras[0].perspective.yfov", "3.13"),
+        ("/materials/0/emissiveFactor", json!([1, 1, 2]), "$.materials[0].emissiveFactor[2]", "from 0 to 1"),
+    ];
+    for (pointer, value, path, fragment) in broken {
+        let mut document = document();
+        *document.pointer_mut(pointer).unwrap() = value.clone();
+        let line = load_document("broken", &document).expect_err(pointer).to_string();
+        assert!(line.contains(&format!("{path}: ")) && line.contains(fragment), "{pointer}: {line}");
+    }
+    let mut required = document();
+    required["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
+    assert!(load_document("draco", &required).unwrap_err().to_string().contains("export the file without it"));
+}
+
+#[test]
+fn a_glb_is_bare_geometry_or_a_part_with_its_own_materials() {
+    let bunny = |shape: &str| {
+        let text = scene_with("shapes", shape);
+        abbe::scene::load_str(&text, "t.json".as_ref(), &folder("scenes"), &LoadOptions::default())
+            .unwrap_or_else(|e| panic!("{e}"))
+    };
+    for shape in [r#"[{"mesh": {"file": "bunny.glb"}, "material": "m"}]"#, r#"[{"gltf": {"file": "bunny.glb"}}]"#] {
+        let scene = bunny(shape);
+        let Geometry::Mesh(mesh) = &scene.shapes[0].geometry else { panic!("not a mesh") };
+        assert_eq!((mesh.positions.len(), mesh.triangles.len()), (1839, 3674));
+    }
+    assert_eq!(bunny(r#"[{"gltf": {"file": "bunny.glb"}}]"#).materials.len(), 2);
+    assert!(load_text(&scene_with("camera", "null")).is_err());
+}
