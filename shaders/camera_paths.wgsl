@@ -6,11 +6,12 @@
 
 #include "common/bindings.wgsl"
 
-@group(0) @binding(5) var<storage, read_write> film: array<f32>;
+@group(0) @binding(14) var<storage, read_write> samples: array<vec4f>;
 
 #include "common/modules.wgsl"
 #include "sensor/sensor.wgsl"
-#include "common/deposit.wgsl"
+#include "common/store_sample.wgsl"
+#include "common/tile.wgsl"
 #include "integrator/vertex.wgsl"
 #include "integrator/scatter.wgsl"
 
@@ -27,16 +28,12 @@ fn begin_path(pixel: vec2u, sample: u32) -> Ray {
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
-    // A workgroup is an 8 x 8 block of the tile; blocks are numbered row by row from the dispatch's first.
-    let block = params.first_block + group.x;
-    let blocks_across = (params.tile_width + 7u) / 8u;
-    let in_tile = vec2u(8u * (block % blocks_across) + (local & 7u), 8u * (block / blocks_across) + (local >> 3u));
+    let in_tile = pixel_in_tile(group.x, local);
     if (in_tile.x >= params.tile_width || in_tile.y >= params.tile_height) {
         return;
     }
     let pixel = vec2u(params.tile_x, params.tile_y) + in_tile;
-    let film_base = (in_tile.y * params.tile_width + in_tile.x) * (BINS + 3u);
-
+    let first_slot = (group.x * 64u + local) * params.samples;
     var sample = params.first_sample;
     let end = params.first_sample + params.samples;
     var rays = 0u;
@@ -54,7 +51,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
         ray = advance(ray, hit);
 #endif
         if (path.ended) {
-            deposit(film_base, sample);
+            store_sample(first_slot + sample - params.first_sample);
             sample += 1u;
             if (sample >= end) {
                 break;

@@ -39,6 +39,6 @@ fn sample_lane(u: f32) -> u32 {
 
 // Value of a spectrum at one lane.
 fn spectrum_at(row: u32, lane: u32) -> f32 {
-    return spectra[pass_base + row * LANES4 + lane / 4u][lane % 4u];
+    return spectrum(row, lane / 4u)[lane % 4u];
 }
 #endif

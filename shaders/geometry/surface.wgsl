@@ -11,9 +11,9 @@ struct Surface {
 }
 
 fn surface_at(ray: Ray, hit: Hit) -> Surface {
-    let r0 = primitives[3u * hit.primitive];
-    let r1 = primitives[3u * hit.primitive + 1u];
-    let r2 = primitives[3u * hit.primitive + 2u];
+    let r0 = primitive_row(3u * hit.primitive);
+    let r1 = primitive_row(3u * hit.primitive + 1u);
+    let r2 = primitive_row(3u * hit.primitive + 2u);
     let word = bitcast<u32>(r0.w);
     var s: Surface;
     s.primitive = hit.primitive;
@@ -48,7 +48,7 @@ fn surface_at(ray: Ray, hit: Hit) -> Surface {
 #if SMOOTH_NORMALS
     let at = bitcast<u32>(r2.w);
     if (at != NONE) {
-        let ns = b.x * normals[at].xyz + b.y * normals[at + 1u].xyz + b.z * normals[at + 2u].xyz;
+        let ns = b.x * bitcast<vec4f>(textureLoad(normals, texel(at), 0)).xyz + b.y * bitcast<vec4f>(textureLoad(normals, texel(at + 1u), 0)).xyz + b.z * bitcast<vec4f>(textureLoad(normals, texel(at + 2u), 0)).xyz;
         let length_squared = dot(ns, ns);
         if (length_squared > 0.0) {
             s.ns = ns * inverseSqrt(length_squared);

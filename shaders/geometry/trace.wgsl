@@ -71,11 +71,11 @@ fn trace(ray: Ray) -> Hit {
             }
             let slot = (bit - 24u) ^ (oct_inv4 & 0xffu);
             let at = 5u * (base + countOneBits(imask & ~(0xffffffffu << slot)));
-            let n0 = bvh[at];
-            let n1 = bvh[at + 1u];
-            let nx = bvh[at + 2u];
-            let ny = bvh[at + 3u];
-            let nz = bvh[at + 4u];
+            let n0 = textureLoad(bvh, texel(at), 0);
+            let n1 = textureLoad(bvh, texel(at + 1u), 0);
+            let nx = textureLoad(bvh, texel(at + 2u), 0);
+            let ny = textureLoad(bvh, texel(at + 3u), 0);
+            let nz = textureLoad(bvh, texel(at + 4u), 0);
             let exponents = vec3u(n0.w & 0xffu, (n0.w >> 8u) & 0xffu, (n0.w >> 16u) & 0xffu);
             let scale = bitcast<vec3f>(exponents << vec3u(23u)) * inv_d;
             let origin = (bitcast<vec3f>(n0.xyz) - ray.o) * inv_d;
@@ -113,9 +113,9 @@ fn intersect_primitive(ray: Ray, primitive: u32, hit: ptr<function, Hit>) {
     if (primitive == ray.to_primitive) {
         return;
     }
-    let r0 = primitives[3u * primitive];
-    let r1 = primitives[3u * primitive + 1u];
-    let r2 = primitives[3u * primitive + 2u];
+    let r0 = primitive_row(3u * primitive);
+    let r1 = primitive_row(3u * primitive + 1u);
+    let r2 = primitive_row(3u * primitive + 2u);
 #if QUADRICS
     let kind = bitcast<u32>(r0.w) >> 30u;
     if (kind != PRIMITIVE_TRIANGLE) {

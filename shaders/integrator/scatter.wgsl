@@ -2,7 +2,7 @@
 // light (next-event estimation), light paths to the sensor.
 
 fn material_of(primitive: u32) -> u32 {
-    return bitcast<u32>(primitives[3u * primitive].w) & 0x3fffffffu;
+    return bitcast<u32>(primitive_row(3u * primitive).w) & 0x3fffffffu;
 }
 
 // The path's next segment from `o` along `d`, whose pdf (solid angle) is `pdf`, negative if no light sample could have made it.
@@ -73,7 +73,7 @@ fn connect(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
 fn light_spectrum(light: LightSample, k: u32) -> vec4f {
 #if ENV_IMAGE
     if (light.texel != NONE) {
-        return environment_radiance(lights[ENVIRONMENT_LIGHT], light.texel, k);
+        return environment_radiance(light_at(ENVIRONMENT_LIGHT), light.texel, k);
     }
 #endif
     return spectrum(light.row, k);

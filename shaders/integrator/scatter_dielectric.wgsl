@@ -24,11 +24,11 @@ fn part_wavelengths() -> u32 {
 
 // `others` are the volumes around besides the surface's own, `beyond` those behind the surface as seen by the ray.
 fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, others: vec4u, beyond: vec4u) -> Ray {
-    let rank = interiors[m.interior].rank;
+    let rank = interior_at(m.interior).rank;
     let enters = dot(ray.d, s.n) < 0.0;
     let here = select(with_interior(others, rank), others, enters);
-    let near = interiors[ruling_interior(here)];
-    let far = interiors[ruling_interior(beyond)];
+    let near = interior_at(ruling_interior(here));
+    let far = interior_at(ruling_interior(beyond));
     if (near.eta_row == far.eta_row) {
         inside = beyond;
         return pass_through(ray, s);

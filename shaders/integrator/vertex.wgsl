@@ -56,7 +56,7 @@ fn left_to_light_pass() -> bool {
 
 #if LIGHT_AREA
 fn add_emission(ray: Ray, s: Surface) {
-    let light = lights[s.light];
+    let light = light_at(s.light);
     if (emits_towards(light, -dot(s.n, ray.d)) && !left_to_light_pass()) {
         let w = mis_weight(path.pdf, pdf_area_light(s.light, path.last_vertex, distance(s.p, path.last_vertex), ray.d, s.n));
         for (var k = 0u; k < LANES4; k++) {
@@ -71,8 +71,8 @@ fn add_emission(ray: Ray, s: Surface) {
 // The component that a mixture shows to this path (or to its shadow ray); its share of each wavelength goes into beta (or pending).
 fn resolve_mixture(first: u32, in_shadow: bool) -> u32 {
     var index = first;
-    for (var i = 0u; i < 8u && materials[index].kind == MATERIAL_KIND_MIX; i++) {
-        let m = materials[index];
+    for (var i = 0u; i < 8u && material_at(index).kind == MATERIAL_KIND_MIX; i++) {
+        let m = material_at(index);
         var share = 0.0;
         for (var k = 0u; k < LANES4; k++) {
             share += dot(beta[k], spectrum(m.a, k));
@@ -108,7 +108,7 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
     let t = fly(medium, hit.t);
 #if SCATTERING
     if (t >= 0.0) {
-        return scatter_in_medium(ray, t, interiors[medium]);
+        return scatter_in_medium(ray, t, interior_at(medium));
     }
 #endif
 #endif
@@ -134,10 +134,10 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
 #if MIX
     index = resolve_mixture(index, false);
 #endif
-    let m = materials[index];
+    let m = material_at(index);
 #if INTERIORS
     if (m.interior != NONE) {
-        let rank = interiors[m.interior].rank;
+        let rank = interior_at(m.interior).rank;
         let others = without_interior(inside, rank);
         let beyond = select(others, with_interior(others, rank), dot(ray.d, s.n) < 0.0);
         if (m.kind == MATERIAL_KIND_BOUNDARY || rank <= ruling_rank(others)) {
@@ -176,12 +176,12 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
 #if MIX
         index = resolve_mixture(index, true);
 #endif
-        let m = materials[index];
+        let m = material_at(index);
         let s = surface_at(ray, hit);
         var absent = m.kind == MATERIAL_KIND_BOUNDARY;
 #if INTERIORS
         if (m.interior != NONE) {
-            let rank = interiors[m.interior].rank;
+            let rank = interior_at(m.interior).rank;
             let others = without_interior(shadow_inside, rank);
             absent = absent || rank <= ruling_rank(others);
             shadow_inside = select(others, with_interior(others, rank), dot(ray.d, s.n) < 0.0);

@@ -9,7 +9,7 @@ fn sample_target_disc(d: vec3f, u: vec2f) -> vec3f {
 
 fn emit() -> Ray {
     let index = choose_light(next_1d());
-    let light = lights[index];
+    let light = light_at(index);
     let u = next_2d();
     let v = next_2d();
     var ray = Ray(light.p0.xyz, INFINITE, light.p1.xyz, NONE, NONE, false);

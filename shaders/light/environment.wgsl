@@ -35,14 +35,14 @@ fn environment_texel(light: Light, d: vec3f) -> u32 {
 
 // Radiance of a texel: upsampled colour times the colour space's white.
 fn environment_radiance(light: Light, texel: u32, k: u32) -> vec4f {
-    let c = environment[2u * texel];
+    let c = bitcast<vec4f>(textureLoad(environment, texel(2u * texel), 0));
     let x = spectrum(bitcast<u32>(light.p2.w), k);
     let t = (c.x * x + c.y) * x + c.z;
     return c.w * (0.5 + 0.5 * t * inverseSqrt(1.0 + t * t)) * spectrum(light.row, k);
 }
 
 fn pdf_environment_image(texel: u32) -> f32 {
-    return environment[2u * texel + 1u].z;
+    return bitcast<vec4f>(textureLoad(environment, texel(2u * texel + 1u), 0)).z;
 }
 
 fn sample_environment_image(light: Light, u: vec2f) -> LightSample {
@@ -51,7 +51,7 @@ fn sample_environment_image(light: Light, u: vec2f) -> LightSample {
     let height = light.p1.w;
     let x = u.x * width * height;
     var texel = u32(min(x, width * height - 1.0));
-    let alias_entry = environment[2u * texel + 1u];
+    let alias_entry = bitcast<vec4f>(textureLoad(environment, texel(2u * texel + 1u), 0));
     let f = x - f32(texel);
     var within = f / alias_entry.x;
     if (f >= alias_entry.x) {
@@ -81,7 +81,7 @@ fn sample_environment_image(light: Light, u: vec2f) -> LightSample {
 // Adds what an escaping ray sees; `pdf` is that of its direction, or negative where no light sample could have made it.
 fn add_environment(d: vec3f, pdf: f32) {
     for (var i = FIRST_DISTANT_LIGHT; i < LIGHTS; i++) {
-        let light = lights[i];
+        let light = light_at(i);
         switch light.kind {
 #if ENV_CONSTANT
             case LIGHT_KIND_CONSTANT: {

@@ -21,11 +21,11 @@ fn no_light() -> LightSample {
     return s;
 }
 
-// Alias method (Walker 1974; Vose 1991): light `i` with probability lights[i].probability.
+// Alias method (Walker 1974; Vose 1991): light `i` with probability its probability.
 fn choose_light(u: f32) -> u32 {
     let x = u * f32(LIGHTS);
     let i = min(u32(x), LIGHTS - 1u);
-    return select(lights[i].alias_index, i, x - f32(i) < lights[i].alias_threshold);
+    return select(light_at(i).alias_index, i, x - f32(i) < light_at(i).alias_threshold);
 }
 
 #if LIGHT_SPHERE
@@ -39,7 +39,7 @@ fn sphere_one_minus_cos(radius: f32, distance_squared: f32) -> f32 {
 #if LIGHT_AREA
 // pdf per solid angle at `p` of hitting light `index` at distance `t` with the normal `n` against direction `d`.
 fn pdf_area_light(index: u32, p: vec3f, t: f32, d: vec3f, n: vec3f) -> f32 {
-    let light = lights[index];
+    let light = light_at(index);
 #if LIGHT_SPHERE
     if (light.kind == LIGHT_KIND_SPHERE) {
         let v = light.p0.xyz - p;
@@ -148,7 +148,7 @@ fn sample_area_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
 // Light incident at `p`, from one light of the scene.
 fn sample_light(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     let index = choose_light(u_choice);
-    let light = lights[index];
+    let light = light_at(index);
     var s = no_light();
     s.row = light.row;
     switch light.kind {

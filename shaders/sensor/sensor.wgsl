@@ -15,6 +15,7 @@ fn inverse_erf(x: f32) -> f32 {
 }
 #endif
 
+#if SENSOR_CAMERA
 // Offset within the pixel, from the reconstruction filter by importance, relative to the pixel's corner.
 fn sample_filter(u: vec2f) -> vec2f {
 #if FILTER_TENT
@@ -28,6 +29,7 @@ fn sample_filter(u: vec2f) -> vec2f {
     return u;
 #endif
 }
+#endif
 
 // Fills `ray`; beta becomes the weight that turns radiance into what the film measures.
 fn start_ray(pixel: vec2u) -> Ray {
@@ -37,7 +39,12 @@ fn start_ray(pixel: vec2u) -> Ray {
     ray.to_primitive = NONE;
     ray.any_hit = false;
     let size = vec2f(f32(params.image_width), f32(params.image_height));
+#if SENSOR_CAMERA
     let at = (vec2f(pixel) + sample_filter(next_2d())) / size;
+#else
+    // A cell of an irradiance sensor is what it is: no filter.
+    let at = (vec2f(pixel) + next_2d()) / size;
+#endif
     let p = vec2f(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y); // right, up in [-1, 1]
     var weight = 1.0;
 #if SENSOR_PERSPECTIVE

@@ -1,5 +1,6 @@
 //! Finding and opening an adapter.
 
+use super::layout::TABLE_WIDTH;
 use crate::error::{Error, Result};
 use std::fmt;
 
@@ -30,6 +31,33 @@ impl AdapterInfo {
 impl fmt::Display for AdapterInfo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} ({}, {}, {})", self.name, self.kind, self.backend, self.driver)
+    }
+}
+
+/// Something that a kernel can be given by name.
+#[derive(Debug)]
+pub enum Resource {
+    /// A uniform or storage buffer.
+    Buffer(wgpu::Buffer),
+    /// A read-only table of 16-byte texels, and its size in bytes.
+    Table(wgpu::TextureView, u64),
+}
+
+impl Resource {
+    /// For a bind group.
+    pub fn binding(&self) -> wgpu::BindingResource<'_> {
+        match self {
+            Resource::Buffer(b) => b.as_entire_binding(),
+            Resource::Table(view, _) => wgpu::BindingResource::TextureView(view),
+        }
+    }
+
+    /// Bytes.
+    pub fn size(&self) -> u64 {
+        match self {
+            Resource::Buffer(b) => b.size(),
+            Resource::Table(_, bytes) => *bytes,
+        }
     }
 }
 
@@ -104,14 +132,48 @@ impl Gpu {
         limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
     }
 
+    /// A read-only table of texels of 16 bytes; `data` is padded to whole texels.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if it is larger than the adapter's textures.
+    pub fn table<T: bytemuck::Pod>(&self, label: &str, data: &[T]) -> Result<Resource> {
+        let mut bytes = bytemuck::cast_slice::<T, u8>(data).to_vec();
+        let texels = bytes.len().div_ceil(16).max(1) as u32;
+        // Small tables need not fill a row.
+        let (width, height) = (texels.min(TABLE_WIDTH), texels.div_ceil(TABLE_WIDTH));
+        if height > self.device.limits().max_texture_dimension_2d {
+            return Err(Error::device(
+                format!("the scene's {label} need {} MiB, more than a texture of {} holds", bytes.len() >> 20, self.info.name),
+                "use a smaller scene or another adapter",
+            ));
+        }
+        bytes.resize((width * height) as usize * 16, 0);
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Uint,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(width * 16), rows_per_image: None };
+        self.queue.write_texture(texture.as_image_copy(), &bytes, layout, size);
+        Ok(Resource::Table(texture.create_view(&Default::default()), bytes.len() as u64))
+    }
+
     /// A storage buffer with this content (never empty: WebGPU has no zero-sized bindings).
     ///
     /// # Errors
     /// [`Error::Device`] if it is larger than the adapter can bind.
-    pub fn storage<T: bytemuck::Pod>(&self, label: &str, data: &[T]) -> Result<wgpu::Buffer> {
+    pub fn storage<T: bytemuck::Pod>(&self, label: &str, data: &[T]) -> Result<Resource> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         let buffer = self.empty_storage(label, (bytes.len() as u64).max(16))?;
-        self.queue.write_buffer(&buffer, 0, bytes);
+        if let Resource::Buffer(b) = &buffer {
+            self.queue.write_buffer(b, 0, bytes);
+        }
         Ok(buffer)
     }
 
@@ -119,7 +181,7 @@ impl Gpu {
     ///
     /// # Errors
     /// [`Error::Device`] if it is larger than the adapter can bind.
-    pub fn empty_storage(&self, label: &str, size: u64) -> Result<wgpu::Buffer> {
+    pub fn empty_storage(&self, label: &str, size: u64) -> Result<Resource> {
         if size > self.max_binding() {
             return Err(Error::device(
                 format!(
@@ -131,22 +193,22 @@ impl Gpu {
                 "use a smaller scene or another adapter",
             ));
         }
-        Ok(self.device.create_buffer(&wgpu::BufferDescriptor {
+        Ok(Resource::Buffer(self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
             size: size.next_multiple_of(16),
             usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
             mapped_at_creation: false,
-        }))
+        })))
     }
 
     /// A small uniform buffer.
-    pub fn uniform(&self, label: &str, size: u64) -> wgpu::Buffer {
-        self.device.create_buffer(&wgpu::BufferDescriptor {
+    pub fn uniform(&self, label: &str, size: u64) -> Resource {
+        Resource::Buffer(self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
             size,
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
-        })
+        }))
     }
 
     /// Waits until all submitted work is done.
@@ -164,11 +226,21 @@ impl Gpu {
         )
     }
 
+    /// Overwrites the start of a buffer.
+    pub fn write<T: bytemuck::Pod>(&self, buffer: &Resource, data: &[T]) {
+        if let Resource::Buffer(b) = buffer {
+            self.queue.write_buffer(b, 0, bytemuck::cast_slice(data));
+        }
+    }
+
     /// Copies a buffer's first `size` bytes back.
     ///
     /// # Errors
     /// [`Error::Device`] if the device was lost.
-    pub fn read<T: bytemuck::Pod>(&self, buffer: &wgpu::Buffer, size: u64) -> Result<Vec<T>> {
+    pub fn read<T: bytemuck::Pod>(&self, buffer: &Resource, size: u64) -> Result<Vec<T>> {
+        let Resource::Buffer(buffer) = buffer else {
+            return Err(Error::device("a table was to be read back", "this is a defect of Abbe: please report it"));
+        };
         let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("read back"),
             size,

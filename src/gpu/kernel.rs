@@ -1,6 +1,6 @@
-//! A compute pipeline whose buffers are bound by the names they have in its WGSL.
+//! A compute pipeline whose buffers and textures are bound by the names they have in its WGSL.
 
-use super::{Gpu, layout, shader};
+use super::{Gpu, Resource, layout, shader};
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 #[derive(Debug)]
 pub struct Kernel {
     pipeline: wgpu::ComputePipeline,
-    /// (name, binding) of every buffer.
+    /// (name, binding) of every resource.
     bindings: Vec<(String, u32)>,
 }
 
@@ -18,7 +18,7 @@ impl Kernel {
     /// # Errors
     /// [`Error::Device`] if assembly or compilation fails, which is a defect of Abbe or of the driver.
     pub fn new(gpu: &Gpu, root: &str, constants: &str, features: &BTreeMap<&str, bool>) -> Result<Self> {
-        let prelude = format!("{}{}{constants}", layout::WGSL_CONSTANTS, layout::WGSL_RECORDS);
+        let prelude = format!("{}{}{}{constants}", layout::WGSL_CONSTANTS, layout::WGSL_RECORDS, layout::wgsl_loaders());
         let defect =
             |e: String| Error::device(format!("shader {root}: {e}"), "this is a defect of Abbe: please report it with the scene");
         let source = shader::assemble(root, &prelude, features).map_err(defect)?;
@@ -47,38 +47,30 @@ impl Kernel {
         Ok(Self { pipeline, bindings })
     }
 
-    /// Binds buffers by name; those that this kernel does not have are passed over.
+    /// Binds resources by name; those that this kernel does not have are passed over.
     ///
     /// # Errors
-    /// [`Error::Device`] if one of the kernel's buffers is missing.
-    pub fn bind(&self, gpu: &Gpu, buffers: &[(&str, &wgpu::Buffer)]) -> Result<wgpu::BindGroup> {
+    /// [`Error::Device`] if one that the kernel has is missing.
+    pub fn bind(&self, gpu: &Gpu, resources: &[(&str, &Resource)]) -> Result<wgpu::BindGroup> {
         let mut entries = Vec::new();
         for (name, binding) in &self.bindings {
-            let Some((_, buffer)) = buffers.iter().find(|(n, _)| n == name) else {
+            let Some((_, resource)) = resources.iter().find(|(n, _)| n == name) else {
                 return Err(Error::device(
-                    format!("the kernel's buffer {name} was not given"),
+                    format!("the kernel's resource {name} was not given"),
                     "this is a defect of Abbe: please report it",
                 ));
             };
-            entries.push(wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() });
+            entries.push(wgpu::BindGroupEntry { binding: *binding, resource: resource.binding() });
         }
         let layout = self.pipeline.get_bind_group_layout(0);
         Ok(gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries }))
     }
 
-    /// Runs `groups` workgroups and waits for them.
-    ///
-    /// # Errors
-    /// [`Error::Device`] if the device was lost.
-    pub fn run(&self, gpu: &Gpu, bindings: &wgpu::BindGroup, groups: u32) -> Result<()> {
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        {
-            let mut pass = encoder.begin_compute_pass(&Default::default());
-            pass.set_pipeline(&self.pipeline);
-            pass.set_bind_group(0, bindings, &[]);
-            pass.dispatch_workgroups(groups, 1, 1);
-        }
-        gpu.queue.submit([encoder.finish()]);
-        gpu.wait()
+    /// Appends a dispatch of `groups` workgroups.
+    pub fn dispatch(&self, encoder: &mut wgpu::CommandEncoder, bindings: &wgpu::BindGroup, groups: u32) {
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, bindings, &[]);
+        pass.dispatch_workgroups(groups, 1, 1);
     }
 }

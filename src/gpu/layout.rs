@@ -33,6 +33,10 @@ macro_rules! shared_records {
         pub const WGSL_RECORDS: &str = concat!($("struct ", stringify!($name), " {\n",
             $("    ", stringify!($field), ": ", wgsl_type!($kind), ",\n",)* "}\n",)*);
 
+        /// Name and WGSL type of every field of every record.
+        const FIELDS: &[(&str, &[(&str, &str)])] =
+            &[$((stringify!($name), &[$((stringify!($field), wgsl_type!($kind)),)*]),)*];
+
         /// Name, size and (field, offset) list of every record, as Rust lays them out.
         pub fn record_layouts() -> Vec<(&'static str, usize, Vec<(&'static str, usize)>)> {
             vec![$((stringify!($name), std::mem::size_of::<$name>(),
@@ -249,4 +253,31 @@ shared_records! {
         /// Ranks of the volumes that it lies in.
         inside: UVec4,
     }
+}
+
+/// Texels to a row of a table.
+pub const TABLE_WIDTH: u32 = 4096;
+
+/// WGSL that reads records from tables: `load_NAME(table, index)`, and `texel(index)`.
+pub fn wgsl_loaders() -> String {
+    let mut out = format!("fn texel(i: u32) -> vec2u {{\n    return vec2u(i % {TABLE_WIDTH}u, i / {TABLE_WIDTH}u);\n}}\n");
+    for ((name, fields), (_, size, offsets)) in FIELDS.iter().zip(record_layouts()) {
+        let texels = size / 16;
+        out += &format!("fn load_{name}(t: texture_2d<u32>, i: u32) -> {name} {{\n    var r: {name};\n");
+        for n in 0..texels {
+            out += &format!("    let t{n} = textureLoad(t, texel(i * {texels}u + {n}u), 0);\n");
+        }
+        for ((field, kind), (_, offset)) in fields.iter().zip(offsets) {
+            let texel = format!("t{}", offset / 16);
+            let component = ["x", "y", "z", "w"][offset % 16 / 4];
+            out += &match *kind {
+                "u32" => format!("    r.{field} = {texel}.{component};\n"),
+                "f32" => format!("    r.{field} = bitcast<f32>({texel}.{component});\n"),
+                "vec4f" => format!("    r.{field} = bitcast<vec4f>({texel});\n"),
+                _ => format!("    r.{field} = {texel};\n"),
+            };
+        }
+        out += "    return r;\n}\n";
+    }
+    out
 }

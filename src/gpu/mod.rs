@@ -8,7 +8,7 @@ mod primitives;
 mod scene;
 pub mod shader;
 
-pub use adapter::{AdapterInfo, Gpu, list_adapters};
+pub use adapter::{AdapterInfo, Gpu, Resource, list_adapters};
 pub use kernel::Kernel;
 pub use lights::ranks;
 pub use scene::{GpuScene, SpectrumRow};

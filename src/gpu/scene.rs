@@ -2,7 +2,7 @@
 
 use super::layout::{self, Interior, Material, NO_INDEX};
 use super::lights;
-use super::{Gpu, primitives};
+use super::{Gpu, Resource, primitives};
 use crate::bsdf::energy::EnergyTable;
 use crate::bsdf::fresnel;
 use crate::error::{Error, Result};
@@ -67,8 +67,8 @@ impl Rows {
 /// The scene on the GPU.
 #[derive(Debug)]
 pub struct GpuScene {
-    /// Named buffers, as the shaders call them.
-    pub buffers: Vec<(&'static str, wgpu::Buffer)>,
+    /// Named tables and buffers, as the shaders call them.
+    pub resources: Vec<(&'static str, Resource)>,
     /// Rows of the spectral table, in order.
     pub rows: Vec<SpectrumRow>,
     /// What the shaders call the scene's sizes.
@@ -77,7 +77,7 @@ pub struct GpuScene {
     pub origin: DVec3,
     /// Power of all lights, mean over the film's range, W nm^-1.
     pub power: f64,
-    /// Bytes in all buffers.
+    /// Bytes in all of them.
     pub bytes: u64,
 }
 
@@ -109,17 +109,17 @@ impl GpuScene {
                 light.primitive = geometry.place[light.primitive as usize];
             }
         }
-        let buffers = vec![
-            ("bvh", gpu.storage("BVH nodes", &geometry.nodes)?),
-            ("primitives", gpu.storage("primitives", &geometry.primitives)?),
-            ("normals", gpu.storage("shading normals", &geometry.normals)?),
-            ("materials", gpu.storage("materials", &materials)?),
-            ("interiors", gpu.storage("volumes", &interiors)?),
-            ("lights", gpu.storage("lights", &records)?),
+        let resources = vec![
+            ("bvh", gpu.table("BVH nodes", &geometry.nodes)?),
+            ("primitives", gpu.table("primitives", &geometry.primitives)?),
+            ("normals", gpu.table("shading normals", &geometry.normals)?),
+            ("materials", gpu.table("materials", &materials)?),
+            ("interiors", gpu.table("volumes", &interiors)?),
+            ("lights", gpu.table("lights", &records)?),
             ("tables", gpu.storage("energy tables", &tables)?),
-            ("environment", gpu.storage("environment picture", &lights.environment)?),
+            ("environment", gpu.table("environment picture", &lights.environment)?),
         ];
-        let bytes = buffers.iter().map(|(_, b)| b.size()).sum();
+        let bytes = resources.iter().map(|(_, r)| r.size()).sum();
         let constants = format!(
             "const BVH_STACK = {}u;\nconst LIGHTS = {}u;\nconst FIRST_DISTANT_LIGHT = {}u;\nconst ENVIRONMENT_LIGHT = {}u;\n",
             geometry.stack,
@@ -128,7 +128,7 @@ impl GpuScene {
             lights.environment_light,
         );
         let power = lights.power;
-        Ok(Self { buffers, power, rows: rows.0, constants, origin, bytes })
+        Ok(Self { resources, power, rows: rows.0, constants, origin, bytes })
     }
 }
 

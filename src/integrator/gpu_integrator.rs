@@ -8,7 +8,7 @@ use crate::geometry::{Bounds, bounds, bounds_of_all};
 use crate::gpu::layout::{
     COUNTER_NEGATIVE, COUNTER_NOT_FINITE, COUNTER_RAYS, COUNTER_SATURATED, COUNTER_TRUNCATED, COUNTERS, Params, XYZ_RATIO,
 };
-use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, ranks};
+use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, Resource, ranks};
 use crate::reference::initial_interiors;
 use crate::render::{BatchStats, Integrator};
 use crate::scene::{Bins, Filter, Material, Scene, Sensor};
@@ -17,15 +17,19 @@ use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
 use std::time::{Duration, Instant};
 
-/// Passes whose spectra are uploaded at a time.
-const PASSES_PER_UPLOAD: u32 = 64;
+/// Passes of one dispatch: so many samples does an invocation of the camera pass take one after the other.
+const PASSES_PER_DISPATCH: u32 = 16;
+/// Bytes for the samples of a dispatch on their way to the film.
+const SAMPLE_BYTES: u64 = 64 << 20;
 /// How long a dispatch should take: well below the watchdogs of desktop drivers.
 const DISPATCH_TIME: Duration = Duration::from_millis(50);
 
-/// A kernel with what its dispatches need.
+/// Kernels that run one after the other on the same workgroups.
 #[derive(Debug)]
 struct Pass {
-    kernel: Kernel,
+    kernels: Vec<Kernel>,
+    /// Most workgroups of a dispatch.
+    limit: u32,
     /// Workgroups of the next dispatch: adapted so that it takes [`DISPATCH_TIME`].
     groups: u32,
 }
@@ -43,8 +47,9 @@ pub struct GpuIntegrator {
     bins: Bins,
     seed: u32,
     params: Params,
-    uniforms: wgpu::Buffer,
-    counters: wgpu::Buffer,
+    uniforms: Resource,
+    counters: Resource,
+    samples: Resource,
 }
 
 impl GpuIntegrator {
@@ -57,11 +62,16 @@ impl GpuIntegrator {
         let plan = Plan::new(scene);
         let gpu_scene = GpuScene::new(&gpu, scene)?;
         let constants = plan.constants() + &gpu_scene.constants;
-        let pass = |root: &str, features: &Features| -> Result<Pass> {
-            Ok(Pass { kernel: Kernel::new(&gpu, root, &constants, features)?, groups: 64 })
+        let limit = gpu.device.limits().max_compute_workgroups_per_dimension;
+        let pass = |roots: &[&str], features: &Features, limit: u32| -> Result<Pass> {
+            let kernels = roots.iter().map(|root| Kernel::new(&gpu, root, &constants, features)).collect::<Result<_>>()?;
+            Ok(Pass { kernels, limit, groups: 16 })
         };
-        let camera = pass("camera_paths.wgsl", &plan.camera)?;
-        let light = plan.light.as_ref().map(|f| pass("light_paths.wgsl", f)).transpose()?;
+        let group_bytes = 64 * u64::from(PASSES_PER_DISPATCH * plan.lanes.div_ceil(4)) * 16;
+        let sample_groups = (SAMPLE_BYTES.min(gpu.max_binding()) / group_bytes) as u32;
+        let samples = gpu.empty_storage("samples", u64::from(sample_groups) * group_bytes)?;
+        let camera = pass(&["camera_paths.wgsl", "update_film.wgsl"], &plan.camera, limit.min(sample_groups))?;
+        let light = plan.light.as_ref().map(|f| pass(&["light_paths.wgsl"], f, limit)).transpose()?;
         let params = params(
             scene,
             bounds_of_all(&scene.shapes),
@@ -73,7 +83,7 @@ impl GpuIntegrator {
         let counters = gpu.empty_storage("counters", (COUNTERS * 4) as u64)?;
         let seed = (seed ^ (seed >> 32)) as u32;
         let (wavelengths, bins) = (Wavelengths::new(scene), scene.film.bins);
-        Ok(Self { gpu, plan, camera, light, scene: gpu_scene, wavelengths, bins, seed, params, uniforms, counters })
+        Ok(Self { gpu, plan, camera, light, scene: gpu_scene, wavelengths, bins, seed, params, uniforms, counters, samples })
     }
 
     /// What the scene needed.
@@ -150,15 +160,20 @@ impl GpuIntegrator {
         let splats = if self.light.is_some() { Some(self.gpu.empty_storage("splats", floats * 8)?) } else { None };
         let mut stats =
             BatchStats { paths: u64::from(tile.width) * u64::from(tile.height) * u64::from(spp), ..Default::default() };
-        for first in (0..spp).step_by(PASSES_PER_UPLOAD as usize) {
-            let count = PASSES_PER_UPLOAD.min(spp - first);
+        for first in (0..spp).step_by(PASSES_PER_DISPATCH as usize) {
+            let count = PASSES_PER_DISPATCH.min(spp - first);
             let (table, lane_bins) = self.spectra(batch, first, count);
-            let spectra = self.gpu.storage("spectra", &table)?;
+            let spectra = self.gpu.table("spectra", &table)?;
             let lane_bins = self.gpu.storage("wavelength bins", &lane_bins)?;
-            let mut buffers: Vec<(&str, &wgpu::Buffer)> = self.scene.buffers.iter().map(|(n, b)| (*n, b)).collect();
-            buffers.extend([("params", &self.uniforms), ("counters", &self.counters), ("film", &sums)]);
-            buffers.extend([("spectra", &spectra), ("lane_bins", &lane_bins)]);
-            buffers.extend(splats.iter().map(|s| ("splats", s)));
+            let mut resources: Vec<(&str, &Resource)> = self.scene.resources.iter().map(|(n, b)| (*n, b)).collect();
+            resources.extend([
+                ("params", &self.uniforms),
+                ("counters", &self.counters),
+                ("film", &sums),
+                ("samples", &self.samples),
+            ]);
+            resources.extend([("spectra", &spectra), ("lane_bins", &lane_bins)]);
+            resources.extend(splats.iter().map(|s| ("splats", s)));
             let params = Params {
                 tile_x: tile.x,
                 tile_y: tile.y,
@@ -170,7 +185,7 @@ impl GpuIntegrator {
                 seed: self.seed,
                 ..self.params
             };
-            let job = Job { gpu: &self.gpu, uniforms: &self.uniforms, counters: &self.counters, buffers: &buffers, params };
+            let job = Job { gpu: &self.gpu, uniforms: &self.uniforms, counters: &self.counters, resources: &resources, params };
             stats += job.run(&mut self.camera, tile.width.div_ceil(8) * tile.height.div_ceil(8))?;
             if let Some(light) = &mut self.light {
                 stats += job.run(light, self.params.light_paths.div_ceil(64))?;
@@ -195,31 +210,34 @@ impl GpuIntegrator {
 /// What the dispatches of a pass over one tile share.
 struct Job<'a> {
     gpu: &'a Gpu,
-    uniforms: &'a wgpu::Buffer,
-    counters: &'a wgpu::Buffer,
-    buffers: &'a [(&'a str, &'a wgpu::Buffer)],
+    uniforms: &'a Resource,
+    counters: &'a Resource,
+    resources: &'a [(&'a str, &'a Resource)],
     params: Params,
 }
 
 impl Job<'_> {
     /// Runs `groups` workgroups of `pass`, in dispatches of about [`DISPATCH_TIME`].
     fn run(&self, pass: &mut Pass, groups: u32) -> Result<BatchStats> {
-        let bindings = pass.kernel.bind(self.gpu, self.buffers)?;
-        let limit = self.gpu.device.limits().max_compute_workgroups_per_dimension;
+        let bindings = pass.kernels.iter().map(|k| k.bind(self.gpu, self.resources)).collect::<Result<Vec<_>>>()?;
         let mut stats = BatchStats::default();
         let mut first = 0;
         while first < groups {
             let now = pass.groups.min(groups - first);
-            let params = Params { first_block: first, ..self.params };
-            self.gpu.queue.write_buffer(self.uniforms, 0, bytemuck::bytes_of(&params));
-            self.gpu.queue.write_buffer(self.counters, 0, &[0; COUNTERS * 4]);
+            self.gpu.write(self.uniforms, &[Params { first_block: first, ..self.params }]);
+            self.gpu.write(self.counters, &[0u32; COUNTERS]);
             let start = Instant::now();
-            pass.kernel.run(self.gpu, &bindings, now)?;
+            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+            for (kernel, bindings) in pass.kernels.iter().zip(&bindings) {
+                kernel.dispatch(&mut encoder, bindings, now);
+            }
+            self.gpu.queue.submit([encoder.finish()]);
+            self.gpu.wait()?;
             let ratio = DISPATCH_TIME.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-4);
             first += now;
             // What is left over at the end says little about a full dispatch.
             if now == pass.groups || ratio < 1.0 {
-                pass.groups = ((f64::from(now) * ratio.clamp(0.25, 2.0)) as u32).clamp(1, limit);
+                pass.groups = ((f64::from(now) * ratio.clamp(0.25, 2.0)) as u32).clamp(1, pass.limit);
             }
             let c: Vec<u32> = self.gpu.read(self.counters, (COUNTERS * 4) as u64)?;
             let at = |i: u32| u64::from(c[i as usize]);

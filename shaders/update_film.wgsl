@@ -1,0 +1,76 @@
+// Adds the samples of a dispatch of the camera pass to the film. A pass of its own, since here all lanes read the same weights at the same time: within
+// the loop over paths this took a third of the time.
+#include "common/math.wgsl"
+
+@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(4) var spectra: texture_2d<u32>;
+@group(0) @binding(5) var<storage, read_write> film: array<f32>;
+@group(0) @binding(6) var<storage, read_write> counters: array<atomic<u32>>;
+#if MANY_BINS
+@group(0) @binding(12) var<storage, read> lane_bins: array<u32>;
+#endif
+@group(0) @binding(14) var<storage, read> samples: array<vec4f>;
+
+#include "common/spectra.wgsl"
+#include "common/tile.wgsl"
+
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
+    let in_tile = pixel_in_tile(group.x, local);
+    if (in_tile.x >= params.tile_width || in_tile.y >= params.tile_height) {
+        return;
+    }
+    let base = (in_tile.y * params.tile_width + in_tile.x) * (BINS + 3u);
+    var xyz = vec3f(0.0);
+#if !MANY_BINS
+    var sums: array<vec4f, LANES4>;
+    for (var k = 0u; k < LANES4; k++) {
+        sums[k] = vec4f(0.0);
+    }
+#endif
+    for (var i = 0u; i < params.samples; i++) {
+        let slot = ((group.x * 64u + local) * params.samples + i) * LANES4;
+        pass_base = i * params.spectra_stride;
+        var all = vec4f(0.0);
+        var least = vec4f(0.0);
+        for (var k = 0u; k < LANES4; k++) {
+            all += abs(samples[slot + k]);
+            least = min(least, samples[slot + k]);
+        }
+        // A bad sample is dropped, and counted.
+        if (!is_finite(sum4(all))) {
+            atomicAdd(&counters[COUNTER_NOT_FINITE], 1u);
+            continue;
+        }
+        if (min(min(least.x, least.y), min(least.z, least.w)) < 0.0) {
+            atomicAdd(&counters[COUNTER_NEGATIVE], 1u);
+            continue;
+        }
+        for (var k = 0u; k < LANES4; k++) {
+            let l = samples[slot + k];
+            xyz += vec3f(dot(l, spectrum(ROW_X, k)), dot(l, spectrum(ROW_Y, k)), dot(l, spectrum(ROW_Z, k)));
+            let w = l * spectrum(ROW_BIN, k);
+#if MANY_BINS
+            for (var c = 0u; c < 4u; c++) {
+                if (4u * k + c < LANES) {
+                    film[base + lane_bins[i * LANES + 4u * k + c]] += w[c];
+                }
+            }
+#else
+            sums[k] += w;
+#endif
+        }
+    }
+#if !MANY_BINS
+    for (var k = 0u; k < LANES4; k++) {
+        for (var c = 0u; c < 4u; c++) {
+            if (4u * k + c < BINS) {
+                film[base + 4u * k + c] += sums[k][c];
+            }
+        }
+    }
+#endif
+    film[base + BINS] += xyz.x;
+    film[base + BINS + 1u] += xyz.y;
+    film[base + BINS + 2u] += xyz.z;
+}
