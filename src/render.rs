@@ -29,6 +29,10 @@ pub struct BatchStats {
     pub dropped_saturated: u64,
     /// Paths cut at the greatest depth.
     pub truncated: u64,
+    /// Of `rays`, those of the GPU's camera pass.
+    pub camera_rays: u64,
+    /// Time that the GPU's camera pass took, from each submission to its completion.
+    pub camera_time: Duration,
 }
 
 impl std::ops::AddAssign for BatchStats {
@@ -39,6 +43,8 @@ impl std::ops::AddAssign for BatchStats {
         self.dropped_negative += b.dropped_negative;
         self.dropped_saturated += b.dropped_saturated;
         self.truncated += b.truncated;
+        self.camera_rays += b.camera_rays;
+        self.camera_time += b.camera_time;
     }
 }
 

@@ -36,9 +36,11 @@ fn sample_lane(u: f32) -> u32 {
     }
     return min(lane, last);
 }
+#endif
 
 // Value of a spectrum at one lane.
 fn spectrum_at(row: u32, lane: u32) -> f32 {
-    return spectrum(row, lane / 4u)[lane % 4u];
+    let v = spectrum(row, lane / 4u);
+    let c = lane % 4u;
+    return select(select(v.x, v.y, c == 1u), select(v.z, v.w, c == 3u), c >= 2u);
 }
-#endif

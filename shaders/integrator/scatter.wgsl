@@ -5,6 +5,17 @@ fn material_of(primitive: u32) -> u32 {
     return bitcast<u32>(primitive_row(3u * primitive).w) & 0x3fffffffu;
 }
 
+// Random numbers of an event, drawn in one place for all materials: lanes that meet different ones would otherwise wait for each other's.
+var<private> event_choice: vec2f; // of a light or of reflection; of survival
+var<private> event_light: vec2f; // on the light or the lens; of a wavelength
+var<private> event_direction: vec2f;
+
+fn draw_event() {
+    event_choice = next_2d();
+    event_light = next_2d();
+    event_direction = next_2d();
+}
+
 // The path's next segment from `o` along `d`, whose pdf (solid angle) is `pdf`, negative if no light sample could have made it.
 fn next_segment(o: vec3f, d: vec3f, from_primitive: u32, vertex: vec3f, pdf: f32) -> Ray {
     path.pdf = pdf;
@@ -23,7 +34,7 @@ fn survives_roulette() -> bool {
     }
     let p = clamp(mean_beta / path.start, 0.05, 1.0);
     scale_beta(1.0 / p);
-    return next_1d() < p;
+    return event_choice.y < p;
 }
 
 // Counts an event (`is_smooth`: with no choice but a mirrored or refracted direction); false if the path ends here, because it is too long or
@@ -121,8 +132,7 @@ fn scatter_in_medium(ray: Ray, t: f32, m: Interior) -> Ray {
     }
     let p = ray.o + t * ray.d;
 #if CONNECT
-    let u = next_2d();
-    let light = connect(p, next_1d(), u);
+    let light = connect(p, event_choice.x, event_light);
     let lit = light.weight > 0.0;
     if (lit) {
         let phase = phase_hg(dot(ray.d, light.wi), m.g);
@@ -133,7 +143,7 @@ fn scatter_in_medium(ray: Ray, t: f32, m: Interior) -> Ray {
         shadow_starts_in(inside, light);
     }
 #endif
-    let d = sample_hg(ray.d, m.g, next_2d());
+    let d = sample_hg(ray.d, m.g, event_direction);
     let survives = survives_roulette();
     let next = next_segment(p, d, NONE, p, phase_hg(dot(ray.d, d), m.g));
 #if CONNECT
@@ -151,8 +161,7 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
         beta[k] *= spectrum(m.a, k);
     }
 #if CONNECT
-    let u = next_2d();
-    let light = connect(s.p, next_1d(), u);
+    let light = connect(s.p, event_choice.x, event_light);
     let cos_light = dot(ns, light.wi);
     let lit = light.weight > 0.0 && cos_light > 0.0 && dot(n, light.wi) > 0.0;
     if (lit) {
@@ -166,7 +175,7 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
 #endif
     }
 #endif
-    let local = sample_cosine(next_2d());
+    let local = sample_cosine(event_direction);
     let d = normalize(frame_around(ns) * local);
     scale_beta(adjoint_correction(ray.d, d, n, ns));
     let survives = survives_roulette() && dot(n, d) > 0.0;
@@ -201,8 +210,7 @@ fn scatter_rough_conductor(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3
         return end_path(ray);
     }
 #if CONNECT
-    let u = next_2d();
-    let light = connect(s.p, next_1d(), u);
+    let light = connect(s.p, event_choice.x, event_light);
     var lit = light.weight > 0.0 && dot(n, light.wi) > 0.0;
     if (lit) {
         let w = light_mis(light, eval_rough_conductor(m, wo, light.wi * frame)) * adjoint_correction(ray.d, light.wi, n, ns);
@@ -214,7 +222,7 @@ fn scatter_rough_conductor(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3
 #endif
     }
 #endif
-    let wi = sample_rough_conductor(m, wo, next_1d(), next_2d());
+    let wi = sample_rough_conductor(m, wo, next_1d(), event_direction);
     let pdf = eval_rough_conductor(m, wo, wi);
     let d = normalize(frame * wi);
     for (var k = 0u; k < LANES4; k++) {
@@ -243,7 +251,7 @@ fn scatter_thin_dielectric(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3
     }
     let total = sum_beta();
     let q = select(0.0, sum4(reflected) / total, total > 0.0);
-    let reflects = next_1d() < q;
+    let reflects = event_choice.x < q;
     for (var k = 0u; k < LANES4; k++) {
         let r = fresnel_dielectric(cos_i, spectrum(m.a, k));
         let r2 = 2.0 * r / (1.0 + r);

@@ -4,20 +4,18 @@
 // Keeps one wavelength of a path that still carries all of them; returns its lane. Camera paths take each alike, since what their light will be
 // is unknown; light paths know it, and take each by its power.
 fn part_wavelengths() -> u32 {
-    if (path.lane == NONE) {
 #if LIGHT_PATHS
-        let total = sum_beta();
-        path.lane = sample_lane(next_1d());
-        for (var k = 0u; k < LANES4; k++) {
-            beta[k] = total * one_hot(path.lane, k);
-        }
-#else
-        path.lane = min(u32(next_1d() * f32(LANES)), LANES - 1u);
-        for (var k = 0u; k < LANES4; k++) {
-            beta[k] *= f32(LANES) * one_hot(path.lane, k);
-        }
-#endif
+    let total = sum_beta();
+    path.lane = sample_lane(event_light.x);
+    for (var k = 0u; k < LANES4; k++) {
+        beta[k] = total * one_hot(path.lane, k);
     }
+#else
+    path.lane = min(u32(event_light.x * f32(LANES)), LANES - 1u);
+    for (var k = 0u; k < LANES4; k++) {
+        beta[k] *= f32(LANES) * one_hot(path.lane, k);
+    }
+#endif
     return path.lane;
 }
 #endif
@@ -49,38 +47,50 @@ fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, others: vec4u, beyon
     if (cos_i <= 0.0) {
         return end_path(ray);
     }
-    // Reflection has the same direction at every wavelength: one choice for all, by the mean Fresnel reflectance of what the path carries.
-    var reflected = vec4f(0.0);
-    for (var k = 0u; k < LANES4; k++) {
-        reflected += beta[k] * fresnel_dielectric(cos_i, spectrum(far.eta_row, k) / spectrum(near.eta_row, k));
-    }
-    let total = sum_beta();
-    let q = select(0.0, sum4(reflected) / total, total > 0.0);
-    if (next_1d() < q) {
+    var lane = select(path.lane, 0u, path.lane == NONE);
+    var q = fresnel_dielectric(cos_i, vec4f(spectrum_at(far.eta_row, lane) / spectrum_at(near.eta_row, lane))).x;
+#if DISPERSION
+    // Reflection has the same direction at every wavelength: one choice for all, by the mean Fresnel reflectance of what the path carries. A path
+    // of one wavelength, or at glass of one index, needs no weights: its choice has just the probability that the light has.
+    let disperses = path.lane == NONE && (near.dispersive | far.dispersive) != 0u;
+    var fresnel: array<vec4f, LANES4>;
+    if (disperses) {
+        var reflected = vec4f(0.0);
         for (var k = 0u; k < LANES4; k++) {
-            beta[k] *= fresnel_dielectric(cos_i, spectrum(far.eta_row, k) / spectrum(near.eta_row, k)) / q;
+            fresnel[k] = fresnel_dielectric(cos_i, spectrum(far.eta_row, k) / spectrum(near.eta_row, k));
+            reflected += beta[k] * fresnel[k];
         }
+        let total = sum_beta();
+        q = select(0.0, sum4(reflected) / total, total > 0.0);
+    }
+#endif
+    if (event_choice.x < q) {
+#if DISPERSION
+        if (disperses) {
+            for (var k = 0u; k < LANES4; k++) {
+                beta[k] *= fresnel[k] / q;
+            }
+        }
+#endif
         let d = normalize(ray.d + 2.0 * cos_i * ns);
         inside = here;
         scale_beta(adjoint_correction(ray.d, d, n, ns));
         let survives = dot(d, n) > 0.0 && survives_roulette();
         return continue_or_end(next_segment(leave(s, d), d, s.primitive, s.p, -1.0), survives);
     }
-    for (var k = 0u; k < LANES4; k++) {
-        let eta = spectrum(far.eta_row, k) / spectrum(near.eta_row, k);
-        beta[k] *= (1.0 - fresnel_dielectric(cos_i, eta)) / (1.0 - q) * refracted_radiance(eta);
-    }
-    var lane = 0u;
 #if DISPERSION
-    if (near.dispersive != far.dispersive || near.dispersive != 0u) {
+    if (disperses) {
+        for (var k = 0u; k < LANES4; k++) {
+            beta[k] *= (1.0 - fresnel[k]) / (1.0 - q);
+        }
         lane = part_wavelengths();
     }
 #endif
-    let eta = spectrum(far.eta_row, lane / 4u)[lane % 4u] / spectrum(near.eta_row, lane / 4u)[lane % 4u];
+    let eta = spectrum_at(far.eta_row, lane) / spectrum_at(near.eta_row, lane);
     let cos_t2 = cos_transmitted_squared(cos_i, vec4f(eta)).x;
     let d = normalize(ray.d / eta + (cos_i / eta - sqrt(max(cos_t2, 0.0))) * ns);
     inside = beyond;
-    scale_beta(adjoint_correction(ray.d, d, n, ns));
+    scale_beta(refracted_radiance(vec4f(eta)).x * adjoint_correction(ray.d, d, n, ns));
     let survives = cos_t2 > 0.0 && dot(d, n) < 0.0 && survives_roulette();
     return continue_or_end(next_segment(leave(s, d), d, s.primitive, s.p, -1.0), survives);
 #else
@@ -98,8 +108,7 @@ fn scatter_rough_dielectric(
         return end_path(ray);
     }
 #if CONNECT
-    let u = next_2d();
-    let light = connect(s.p, next_1d(), u);
+    let light = connect(s.p, event_choice.x, event_light);
     let wl = light.wi * frame;
     let lit = light.weight > 0.0 && dot(n, light.wi) * wl.z > 0.0;
     if (lit) {
@@ -111,7 +120,7 @@ fn scatter_rough_dielectric(
     }
 #endif
     let lane = sample_lane(next_1d());
-    let wi = sample_rough_dielectric(m, wo, spectrum_at(far_row, lane) / spectrum_at(near_row, lane), next_2d(), next_2d());
+    let wi = sample_rough_dielectric(m, wo, spectrum_at(far_row, lane) / spectrum_at(near_row, lane), next_2d(), event_direction);
     let pdf = select(0.0, eval_rough_dielectric(m, wo, wi, near_row, far_row), wi.z != 0.0);
     for (var k = 0u; k < LANES4; k++) {
         beta[k] *= select(vec4f(0.0), bsdf_f[k] / pdf, pdf > 0.0);

@@ -98,6 +98,7 @@ fn resolve_mixture(first: u32, in_shadow: bool) -> u32 {
 
 // Takes the path over the segment that `hit` ends, and returns its next ray (a shadow ray if path.in_shadow).
 fn advance(ray: Ray, hit: Hit) -> Ray {
+    draw_event();
 #if LIGHT_PATHS
 #if !SENSOR_CAMERA
     record_crossing(ray, hit.t);

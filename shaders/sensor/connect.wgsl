@@ -39,7 +39,7 @@ fn splat() {
         atomicAdd(&counters[COUNTER_SATURATED], 1u);
         return;
     }
-    let u = next_1d();
+    let u = unit_float(hash(sampler_pixel ^ hash(sampler_index ^ (sampler_dimension << 24u))));
     var xyz = vec3f(0.0);
     for (var k = 0u; k < LANES4; k++) {
         xyz += vec3f(dot(pending[k], spectrum(ROW_X, k)), dot(pending[k], spectrum(ROW_Y, k)), dot(pending[k], spectrum(ROW_Z, k)));

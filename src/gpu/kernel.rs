@@ -4,6 +4,17 @@ use super::{Gpu, Resource, layout, shader};
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
 
+/// WGSL of the kernel of root file `root`; `constants` and `features` are the plan's and the scene's. An error says where in `shaders/`
+/// something is amiss.
+pub fn kernel_source(root: &str, constants: &str, features: &BTreeMap<&str, bool>) -> std::result::Result<String, String> {
+    let prelude = format!("{}{}{}{constants}", layout::WGSL_CONSTANTS, layout::WGSL_RECORDS, layout::wgsl_loaders());
+    shader::assemble(root, &prelude, features)
+}
+
+fn defect(name: &str, problem: &str) -> Error {
+    Error::device(format!("shader {name}: {problem}"), "this is a defect of Abbe: please report it with the scene")
+}
+
 /// A compiled kernel.
 #[derive(Debug)]
 pub struct Kernel {
@@ -13,28 +24,34 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// Compiles the kernel of root file `root`; `constants` and `features` are the plan's.
+    /// Compiles the kernel of root file `root`; see [`kernel_source`].
     ///
     /// # Errors
     /// [`Error::Device`] if assembly or compilation fails, which is a defect of Abbe or of the driver.
     pub fn new(gpu: &Gpu, root: &str, constants: &str, features: &BTreeMap<&str, bool>) -> Result<Self> {
-        let prelude = format!("{}{}{}{constants}", layout::WGSL_CONSTANTS, layout::WGSL_RECORDS, layout::wgsl_loaders());
-        let defect =
-            |e: String| Error::device(format!("shader {root}: {e}"), "this is a defect of Abbe: please report it with the scene");
-        let source = shader::assemble(root, &prelude, features).map_err(defect)?;
+        let source = kernel_source(root, constants, features).map_err(|e| defect(root, &e))?;
+        Self::compile(gpu, root, source)
+    }
+
+    /// Compiles WGSL whose entry point is `main`; `name` stands for it in messages.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if that fails.
+    pub fn compile(gpu: &Gpu, name: &str, source: String) -> Result<Self> {
+        let defect = |e: String| defect(name, &e);
         let module = wgpu::naga::front::wgsl::parse_str(&source).map_err(|e| defect(e.emit_to_string(&source)))?;
         let bindings =
             module.global_variables.iter().filter_map(|(_, v)| Some((v.name.clone()?, v.binding.as_ref()?.binding))).collect();
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let descriptor = wgpu::ShaderModuleDescriptor { label: Some(root), source: wgpu::ShaderSource::Wgsl(source.into()) };
+        let descriptor = wgpu::ShaderModuleDescriptor { label: Some(name), source: wgpu::ShaderSource::Wgsl(source.into()) };
         // SAFETY: indices are made by the host from the same lists as the buffers, and every loop is bounded or ends with a path; the tests run
-        // the same text with all checks on (feature `CHECKED`).
+        // the same text with all checks on.
         let shader = unsafe {
             let checks = wgpu::ShaderRuntimeChecks::all(std::env::var_os("ABBE_CHECKED_SHADERS").is_some());
             gpu.device.create_shader_module_trusted(descriptor, checks)
         };
         let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(root),
+            label: Some(name),
             layout: None,
             module: &shader,
             entry_point: Some("main"),

@@ -178,8 +178,6 @@ shared_records! {
         half_extent: Vec4,
         /// Ranks of the volumes that rays start in.
         inside: UVec4,
-        /// Sphere around all that can bend light: centre, radius.
-        bend_target: Vec4,
         /// Plane sensor: q . dual_u runs from 0 to 1 along its edge u; w is its area.
         dual_u: Vec4,
         /// Likewise along its edge v.

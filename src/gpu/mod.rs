@@ -7,8 +7,9 @@ mod lights;
 mod primitives;
 mod scene;
 pub mod shader;
+mod targets;
 
 pub use adapter::{AdapterInfo, Gpu, Resource, list_adapters};
-pub use kernel::Kernel;
+pub use kernel::{Kernel, kernel_source};
 pub use lights::ranks;
 pub use scene::{GpuScene, SpectrumRow};

@@ -2,7 +2,7 @@
 
 use super::layout::{self, Interior, Material, NO_INDEX};
 use super::lights;
-use super::{Gpu, Resource, primitives};
+use super::{Gpu, Resource, primitives, targets};
 use crate::bsdf::energy::EnergyTable;
 use crate::bsdf::fresnel;
 use crate::error::{Error, Result};
@@ -109,6 +109,7 @@ impl GpuScene {
                 light.primitive = geometry.place[light.primitive as usize];
             }
         }
+        let targets = targets::build(scene, origin);
         let resources = vec![
             ("bvh", gpu.table("BVH nodes", &geometry.nodes)?),
             ("primitives", gpu.table("primitives", &geometry.primitives)?),
@@ -117,15 +118,17 @@ impl GpuScene {
             ("interiors", gpu.table("volumes", &interiors)?),
             ("lights", gpu.table("lights", &records)?),
             ("tables", gpu.storage("energy tables", &tables)?),
+            ("targets", gpu.table("targets of light paths", &targets)?),
             ("environment", gpu.table("environment picture", &lights.environment)?),
         ];
         let bytes = resources.iter().map(|(_, r)| r.size()).sum();
         let constants = format!(
-            "const BVH_STACK = {}u;\nconst LIGHTS = {}u;\nconst FIRST_DISTANT_LIGHT = {}u;\nconst ENVIRONMENT_LIGHT = {}u;\n",
+            "const BVH_STACK = {}u;\nconst LIGHTS = {}u;\nconst FIRST_DISTANT_LIGHT = {}u;\nconst ENVIRONMENT_LIGHT = {}u;\nconst TARGETS = {}u;\n",
             geometry.stack,
             records.len(),
             lights.first_distant,
             lights.environment_light,
+            targets.len(),
         );
         let power = lights.power;
         Ok(Self { resources, power, rows: rows.0, constants, origin, bytes })

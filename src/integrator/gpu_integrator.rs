@@ -4,14 +4,14 @@ use super::{Features, Plan, Wavelengths};
 use crate::color::cie::K_M;
 use crate::error::{Error, Result};
 use crate::film::{Film, Tile};
-use crate::geometry::{Bounds, bounds, bounds_of_all};
+use crate::geometry::{Bounds, bounds_of_all};
 use crate::gpu::layout::{
     COUNTER_NEGATIVE, COUNTER_NOT_FINITE, COUNTER_RAYS, COUNTER_SATURATED, COUNTER_TRUNCATED, COUNTERS, Params, XYZ_RATIO,
 };
 use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, Resource, ranks};
 use crate::reference::initial_interiors;
 use crate::render::{BatchStats, Integrator};
-use crate::scene::{Bins, Filter, Material, Scene, Sensor};
+use crate::scene::{Bins, Filter, Scene, Sensor};
 use crate::spectrum::library::{Observer, observer};
 use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
@@ -84,6 +84,14 @@ impl GpuIntegrator {
         let seed = (seed ^ (seed >> 32)) as u32;
         let (wavelengths, bins) = (Wavelengths::new(scene), scene.film.bins);
         Ok(Self { gpu, plan, camera, light, scene: gpu_scene, wavelengths, bins, seed, params, uniforms, counters, samples })
+    }
+
+    /// Splits every pass into dispatches of at most `groups` workgroups (at least one). What is computed does not depend on it.
+    pub fn limit_dispatches(&mut self, groups: u32) {
+        for pass in std::iter::once(&mut self.camera).chain(&mut self.light) {
+            pass.limit = pass.limit.min(groups.max(1));
+            pass.groups = pass.groups.min(pass.limit);
+        }
     }
 
     /// What the scene needed.
@@ -186,9 +194,10 @@ impl GpuIntegrator {
                 ..self.params
             };
             let job = Job { gpu: &self.gpu, uniforms: &self.uniforms, counters: &self.counters, resources: &resources, params };
-            stats += job.run(&mut self.camera, tile.width.div_ceil(8) * tile.height.div_ceil(8))?;
+            let (camera, time) = job.run(&mut self.camera, tile.width.div_ceil(8) * tile.height.div_ceil(8))?;
+            stats += BatchStats { camera_rays: camera.rays, camera_time: time, ..camera };
             if let Some(light) = &mut self.light {
-                stats += job.run(light, self.params.light_paths.div_ceil(64))?;
+                stats += job.run(light, self.params.light_paths.div_ceil(64))?.0;
             }
         }
         let mut sums: Vec<f32> = self.gpu.read(&sums, floats * 4)?;
@@ -217,10 +226,10 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// Runs `groups` workgroups of `pass`, in dispatches of about [`DISPATCH_TIME`].
-    fn run(&self, pass: &mut Pass, groups: u32) -> Result<BatchStats> {
+    /// Runs `groups` workgroups of `pass`, in dispatches of about [`DISPATCH_TIME`]. Returns the counts and the time spent in dispatches.
+    fn run(&self, pass: &mut Pass, groups: u32) -> Result<(BatchStats, Duration)> {
         let bindings = pass.kernels.iter().map(|k| k.bind(self.gpu, self.resources)).collect::<Result<Vec<_>>>()?;
-        let mut stats = BatchStats::default();
+        let (mut stats, mut time) = (BatchStats::default(), Duration::ZERO);
         let mut first = 0;
         while first < groups {
             let now = pass.groups.min(groups - first);
@@ -233,7 +242,9 @@ impl Job<'_> {
             }
             self.gpu.queue.submit([encoder.finish()]);
             self.gpu.wait()?;
-            let ratio = DISPATCH_TIME.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-4);
+            let elapsed = start.elapsed();
+            time += elapsed;
+            let ratio = DISPATCH_TIME.as_secs_f64() / elapsed.as_secs_f64().max(1e-4);
             first += now;
             // What is left over at the end says little about a full dispatch.
             if now == pass.groups || ratio < 1.0 {
@@ -242,15 +253,15 @@ impl Job<'_> {
             let c: Vec<u32> = self.gpu.read(self.counters, (COUNTERS * 4) as u64)?;
             let at = |i: u32| u64::from(c[i as usize]);
             stats += BatchStats {
-                paths: 0,
                 rays: at(COUNTER_RAYS),
                 dropped_not_finite: at(COUNTER_NOT_FINITE),
                 dropped_negative: at(COUNTER_NEGATIVE),
                 dropped_saturated: at(COUNTER_SATURATED),
                 truncated: at(COUNTER_TRUNCATED),
+                ..Default::default()
             };
         }
-        Ok(stats)
+        Ok((stats, time))
     }
 }
 
@@ -317,8 +328,7 @@ fn params(scene: &Scene, bounds: Bounds, origin: DVec3, power: f64, spectra_stri
             *center + DVec3::Y * *radius
         }
     };
-    let (target, scene_radius) = (bend_target(scene), 0.5 * (bounds.max - bounds.min).length());
-    p.bend_target = local(target.0).with_w(target.1 as f32);
+    let scene_radius = 0.5 * (bounds.max - bounds.min).length();
     p.scene_diameter = (2.0 * scene_radius) as f32;
     // A quantum is 2^-24 of what a typical light path adds to a pixel that sees it from across the scene.
     let pixel_measure = match scene.sensor {
@@ -333,19 +343,4 @@ fn params(scene: &Scene, bounds: Bounds, origin: DVec3, power: f64, spectra_stri
         Error::usage("the sensor lies inside more than 4 nested volumes", "remove some of the glasses or media around it")
     })?;
     Ok(p)
-}
-
-/// A sphere around all smooth mirrors and glass: what light paths from afar must hit first.
-fn bend_target(scene: &Scene) -> (DVec3, f64) {
-    fn bends(scene: &Scene, material: usize) -> bool {
-        match &scene.materials[material] {
-            Material::Dielectric { alpha, .. } | Material::Conductor { alpha, .. } => *alpha == 0.0,
-            Material::ThinDielectric { .. } => true,
-            Material::Mix { a, b, .. } => bends(scene, *a) || bends(scene, *b),
-            Material::Diffuse { .. } | Material::Boundary { .. } => false,
-        }
-    }
-    let all = scene.shapes.iter().filter(|s| bends(scene, s.material));
-    let b = all.fold(Bounds::EMPTY, |b, s| b.union(bounds(&s.geometry)));
-    if b.is_empty() { (DVec3::ZERO, 0.0) } else { (0.5 * (b.min + b.max), 0.5 * (b.max - b.min).length()) }
 }
