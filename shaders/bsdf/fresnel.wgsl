@@ -26,7 +26,7 @@ fn refracted_radiance(eta: vec4f) -> vec4f {
 }
 
 #if CONDUCTOR
-// Reflectance of a metal of index eta + i k against vacuum (Born & Wolf 14.2; in the form of Lagarde 2013).
+// Reflectance of a metal of relative index eta + i k (Born & Wolf 14.2; in the form of Lagarde 2013).
 fn fresnel_conductor(cos_i: f32, eta: vec4f, k: vec4f) -> vec4f {
     let c2 = cos_i * cos_i;
     let s2 = 1.0 - c2;
@@ -41,4 +41,12 @@ fn fresnel_conductor(cos_i: f32, eta: vec4f, k: vec4f) -> vec4f {
     let rp = rs * (t3 - t4) / (t3 + t4);
     return 0.5 * (rs + rp);
 }
+
+#if ROUGH_CONDUCTOR
+// Hemispherical mean of it by four-point Gauss-Legendre, to 5e-4: it weighs only what rough metal scatters more than once.
+fn fresnel_conductor_average(eta: vec4f, k: vec4f) -> vec4f {
+    return 0.0241522 * fresnel_conductor(0.0694318, eta, k) + 0.2152141 * fresnel_conductor(0.3300095, eta, k)
+        + 0.4369311 * fresnel_conductor(0.6699905, eta, k) + 0.3237026 * fresnel_conductor(0.9305682, eta, k);
+}
+#endif
 #endif

@@ -2,7 +2,6 @@
 #include "bsdf/ggx.wgsl"
 
 var<private> bsdf_f: array<vec4f, LANES4>; // f * |cos(wi)| per lane, radiance carried from wi to wo
-var<private> bsdf_pdf: array<vec4f, LANES4>; // pdf of wi per lane, solid angle
 
 // Weights of a linear interpolation between cell centres (i + 1/2) / n.
 fn centred(x: f32, n: u32) -> vec2f {
@@ -35,9 +34,12 @@ fn eval_rough_conductor(m: Material, wo: vec3f, wi: vec3f) -> f32 {
     let mean_missing = tables[m.table + ENERGY_MU];
     let multiple = select(0.0, missing_o * missing_i * wi.z * INV_PI / mean_missing, mean_missing > ENERGY_MIN_MEAN);
     for (var k = 0u; k < LANES4; k++) {
-        let f_avg = spectrum(m.c, k);
+        let n = index_around(k);
+        let eta = spectrum(m.a, k) / n;
+        let eta_k = spectrum(m.b, k) / n;
+        let f_avg = fresnel_conductor_average(eta, eta_k);
         let f_ms = f_avg * f_avg * (1.0 - mean_missing) / (1.0 - f_avg * mean_missing);
-        bsdf_f[k] = single * fresnel_conductor(dot(wo, h), spectrum(m.a, k), spectrum(m.b, k)) + multiple * f_ms;
+        bsdf_f[k] = single * fresnel_conductor(dot(wo, h), eta, eta_k) + multiple * f_ms;
     }
     return mix(visible, wi.z * INV_PI, missing_o);
 }
@@ -82,7 +84,7 @@ fn rough_dielectric_lane(m: Material, wo: vec3f, wi: vec3f, eta: f32) -> vec2f {
         h /= h_length;
         let oh = dot(wo, h);
         let ih = dot(wi, h);
-        if (oh > 0.0 && select(ih < 0.0, ih > 0.0, reflects)) {
+        if (oh > 0.0 && select(-ih, ih, reflects) > 0.0) {
             let f = fresnel_dielectric(oh, vec4f(eta)).x;
             let s = oh + eta * ih;
             let jacobian = select(eta * eta * abs(ih) / max(s * s, 1e-20), 0.25 / oh, reflects);

@@ -9,6 +9,16 @@
 #if MEDIA
 #include "medium/homogeneous.wgsl"
 #endif
+#if CONDUCTOR
+// Index of what a metal lies in; its own is relative to that.
+fn index_around(k: u32) -> vec4f {
+#if INTERIORS
+    return spectrum(interior_at(ruling_interior(inside)).eta_row, k);
+#else
+    return vec4f(1.0);
+#endif
+}
+#endif
 #if FRESNEL
 #include "bsdf/fresnel.wgsl"
 #endif

@@ -1,14 +1,5 @@
 // Spheres, discs and cylinders, without facets.
 
-// Records the nearer root in (0, hit.t) that `accept`s; the caller orders roots.
-fn record_hit(t: f32, primitive: u32, hit: ptr<function, Hit>) -> bool {
-    if (t > 0.0 && t < (*hit).t) {
-        *hit = Hit(t, primitive, vec2f(0.0));
-        return true;
-    }
-    return false;
-}
-
 fn intersect_quadric(ray: Ray, primitive: u32, kind: u32, center: vec3f, axis: vec3f, size: vec3f, hit: ptr<function, Hit>) {
     let f = ray.o - center;
     let from_here = primitive == ray.from_primitive;
@@ -20,7 +11,7 @@ fn intersect_quadric(ray: Ray, primitive: u32, kind: u32, center: vec3f, axis: v
         let t = -dot(f, axis) / cos_theta;
         let p = f + t * ray.d;
         if (dot(p, p) <= size.x * size.x) {
-            record_hit(t, primitive, hit);
+            offer_hit(ray, t, primitive, vec2f(0.0), hit);
         }
         return;
     }
@@ -64,5 +55,5 @@ fn accept_root(t: f32, ray: Ray, primitive: u32, is_cylinder: bool, f: vec3f, ax
             return false;
         }
     }
-    return record_hit(t, primitive, hit);
+    return offer_hit(ray, t, primitive, vec2f(0.0), hit);
 }

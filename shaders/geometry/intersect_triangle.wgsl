@@ -23,7 +23,5 @@ fn intersect_triangle(ray: Ray, primitive: u32, p0: vec3f, p1: vec3f, p2: vec3f,
         return;
     }
     let t = dot(v0, n) / denominator;
-    if (t > 0.0 && t < (*hit).t) {
-        *hit = Hit(t, primitive, vec2f(u, v) / sum);
-    }
+    offer_hit(ray, t, primitive, vec2f(u, v) / sum, hit);
 }

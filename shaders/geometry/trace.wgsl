@@ -18,6 +18,62 @@ struct Hit {
     t: f32,
     primitive: u32, // NONE for a miss
     bary: vec2f, // weights of vertices 1 and 2, for triangles
+#if CONTACT
+    contact: u32, // another primitive at the same place, or NONE
+#endif
+}
+
+#if CONTACT
+var<private> leaving_contact: u32; // the primitive in contact with the one that the ray at hand leaves, or NONE
+#endif
+
+fn no_hit(t_max: f32) -> Hit {
+    var hit: Hit;
+    hit.t = t_max;
+    hit.primitive = NONE;
+#if CONTACT
+    hit.contact = NONE;
+#endif
+    return hit;
+}
+
+// Distances along `ray` that cannot be told apart around `t`: surfaces closer than this touch.
+fn contact_slack(ray: Ray, t: f32) -> f32 {
+#if CONTACT
+    let o = abs(ray.o);
+    return 2e-6 * (max(o.x, max(o.y, o.z)) + t);
+#else
+    return 0.0;
+#endif
+}
+
+// Keeps the nearest hit in (0, hit.t); with CONTACT also a second one at the same place. True if it was kept.
+fn offer_hit(ray: Ray, t: f32, primitive: u32, bary: vec2f, hit: ptr<function, Hit>) -> bool {
+#if CONTACT
+    if (t <= 0.0 || primitive == leaving_contact) {
+        return false;
+    }
+    let slack = contact_slack(ray, t);
+    let known = (*hit).primitive;
+    let touches = known != NONE && abs(t - (*hit).t) <= slack;
+    if (t < (*hit).t) {
+        (*hit).contact = select(NONE, known, touches);
+        (*hit).t = t;
+        (*hit).primitive = primitive;
+        (*hit).bary = bary;
+        return true;
+    }
+    if (touches) {
+        (*hit).contact = primitive;
+    }
+    return touches;
+#else
+    if (t > 0.0 && t < (*hit).t) {
+        *hit = Hit(t, primitive, bary);
+        return true;
+    }
+    return false;
+#endif
 }
 
 var<private> traversal_stack: array<vec2u, BVH_STACK>;
@@ -50,7 +106,7 @@ fn hit_children(
 }
 
 fn trace(ray: Ray) -> Hit {
-    var hit = Hit(ray.t_max, NONE, vec2f(0.0));
+    var hit = no_hit(ray.t_max);
     // A direction component of zero would turn a slab into 0 * infinity.
     let tiny = vec3f(1e-30);
     let inv_d = 1.0 / select(ray.d, select(-tiny, tiny, ray.d >= vec3f(0.0)), abs(ray.d) < tiny);
@@ -85,8 +141,9 @@ fn trace(ray: Ray) -> Hit {
             let hi_y = select(ny.zw, ny.xy, negative.y);
             let lo_z = select(nz.xy, nz.zw, negative.z);
             let hi_z = select(nz.zw, nz.xy, negative.z);
-            let mask = hit_children(n1.z, oct_inv4, lo_x.x, lo_y.x, lo_z.x, hi_x.x, hi_y.x, hi_z.x, scale, origin, hit.t)
-                | hit_children(n1.w, oct_inv4, lo_x.y, lo_y.y, lo_z.y, hi_x.y, hi_y.y, hi_z.y, scale, origin, hit.t);
+            let t_far = hit.t + contact_slack(ray, hit.t);
+            let mask = hit_children(n1.z, oct_inv4, lo_x.x, lo_y.x, lo_z.x, hi_x.x, hi_y.x, hi_z.x, scale, origin, t_far)
+                | hit_children(n1.w, oct_inv4, lo_x.y, lo_y.y, lo_z.y, hi_x.y, hi_y.y, hi_z.y, scale, origin, t_far);
             nodes = vec2u(n1.x, (mask & 0xff000000u) | (n0.w >> 24u));
             primitives_left = vec2u(n1.y, mask & 0x00ffffffu);
         }

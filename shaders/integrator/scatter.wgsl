@@ -99,6 +99,9 @@ fn light_mis(light: LightSample, pdf: f32) -> f32 {
 // Sends the shadow ray of `pending` first, `next` after it (or nothing, if the path does not survive).
 fn shadow_then(next: Ray, survives: bool, light: LightSample, o: vec3f, from_primitive: u32) -> Ray {
     next_ray = next;
+#if CONTACT
+    next_leaving_contact = leaving_contact;
+#endif
     next_ray.t_max = select(0.0, next.t_max, survives);
     path.in_shadow = true;
 #if PASS_THROUGH
@@ -127,6 +130,9 @@ fn continue_or_end(next: Ray, survives: bool) -> Ray {
 
 #if SCATTERING
 fn scatter_in_medium(ray: Ray, t: f32, m: Interior) -> Ray {
+#if CONTACT
+    leaving_contact = NONE;
+#endif
     if (!count_event(false)) {
         return end_path(ray);
     }
@@ -194,7 +200,8 @@ fn scatter_smooth_conductor(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec
     let cos_i = min(-dot(ray.d, ns), 1.0);
     let d = normalize(ray.d + 2.0 * cos_i * ns);
     for (var k = 0u; k < LANES4; k++) {
-        beta[k] *= fresnel_conductor(cos_i, spectrum(m.a, k), spectrum(m.b, k));
+        let n = index_around(k);
+        beta[k] *= fresnel_conductor(cos_i, spectrum(m.a, k) / n, spectrum(m.b, k) / n);
     }
     scale_beta(adjoint_correction(ray.d, d, n, ns));
     let survives = cos_i > 0.0 && dot(d, n) > 0.0 && survives_roulette();

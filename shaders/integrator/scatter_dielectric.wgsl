@@ -20,11 +20,10 @@ fn part_wavelengths() -> u32 {
 }
 #endif
 
-// `others` are the volumes around besides the surface's own, `beyond` those behind the surface as seen by the ray.
-fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, others: vec4u, beyond: vec4u) -> Ray {
-    let rank = interior_at(m.interior).rank;
-    let enters = dot(ray.d, s.n) < 0.0;
-    let here = select(with_interior(others, rank), others, enters);
+// `sides` are the volumes before and behind the surface.
+fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, sides: Sides) -> Ray {
+    let here = sides.here;
+    let beyond = sides.beyond;
     let near = interior_at(ruling_interior(here));
     let far = interior_at(ruling_interior(beyond));
     if (near.eta_row == far.eta_row) {
@@ -34,7 +33,7 @@ fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, others: vec4u, beyon
     if (!count_event(m.kind == MATERIAL_KIND_SMOOTH_DIELECTRIC)) {
         return end_path(ray);
     }
-    let flip = select(-1.0, 1.0, enters);
+    let flip = select(-1.0, 1.0, dot(ray.d, s.n) < 0.0);
     let n = flip * s.n;
     let ns = flip * s.ns;
 #if ROUGH_DIELECTRIC

@@ -19,9 +19,15 @@ var<private> next_ray: Ray; // the path's next segment, while its shadow ray is 
 #if PASS_THROUGH
 var<private> shadow_inside: vec4u; // volumes that the shadow ray is in
 #endif
+#if CONTACT
+var<private> next_leaving_contact: u32; // what touches the surface that the next segment leaves
+#endif
 #endif
 
 fn start_path(ray: Ray) {
+#if CONTACT
+    leaving_contact = NONE;
+#endif
     path = Path(false, false, 0u, -1.0, ray.o, 0u, NONE, false, sum_beta() / f32(LANES));
 }
 
@@ -30,6 +36,7 @@ fn end_path(ray: Ray) -> Ray {
     return ray;
 }
 
+#if INTERIORS || BOUNDARY
 // The same direction from beyond a surface that is not there. No event: depth, pdf and last vertex stay.
 fn pass_through(ray: Ray, s: Surface) -> Ray {
     var r = ray;
@@ -39,6 +46,7 @@ fn pass_through(ray: Ray, s: Surface) -> Ray {
     path.ended = path.crossings > MAX_CROSSINGS;
     return r;
 }
+#endif
 
 #if CAMERA_PATHS
 // True for light that arrives by way of a smooth surface at a path that began with a scattering: a caustic, which is the light pass's to find.
@@ -96,6 +104,48 @@ fn resolve_mixture(first: u32, in_shadow: bool) -> u32 {
 }
 #endif
 
+#if INTERIORS
+// The volumes before and behind a surface. Which side is which is geometry: what a path leaves it was in, whatever it believed.
+struct Sides {
+    here: vec4u,
+    beyond: vec4u,
+}
+
+// Entering adds a volume, also one that is there already (two of a kind may overlap); leaving takes one away.
+fn cross_one(sides: Sides, interior: u32, enters: bool) -> Sides {
+    let rank = interior_at(interior).rank;
+    if (enters) {
+        return Sides(sides.here, with_interior(sides.beyond, rank));
+    }
+    return Sides(with_interior(without_interior(sides.here, rank), rank), without_interior(sides.beyond, rank));
+}
+
+// What `ray` crosses at `hit`. Surfaces that touch are crossed together: optical contact, whichever was found first.
+fn cross_surface(volumes: vec4u, ray: Ray, s: Surface, interior: u32, hit: Hit) -> Sides {
+    let sides = cross_one(Sides(volumes, volumes), interior, dot(ray.d, s.n) < 0.0);
+#if CONTACT
+    if (hit.contact != NONE) {
+        let touched = material_at(material_of(hit.contact));
+        var at_contact = hit;
+        at_contact.primitive = hit.contact;
+        at_contact.bary = vec2f(1.0 / 3.0);
+        let enters = dot(ray.d, surface_at(ray, at_contact).n) < 0.0;
+        // The neighbouring triangle of the same surface is no second crossing.
+        if (touched.interior != NONE && (touched.interior != interior || enters != (dot(ray.d, s.n) < 0.0))) {
+            return cross_one(sides, touched.interior, enters);
+        }
+    }
+#endif
+    return sides;
+}
+#endif
+
+#if CONTACT
+fn is_opaque(kind: u32) -> bool {
+    return kind == MATERIAL_KIND_DIFFUSE || kind == MATERIAL_KIND_SMOOTH_CONDUCTOR || kind == MATERIAL_KIND_ROUGH_CONDUCTOR;
+}
+#endif
+
 // Takes the path over the segment that `hit` ends, and returns its next ray (a shadow ray if path.in_shadow).
 fn advance(ray: Ray, hit: Hit) -> Ray {
     draw_event();
@@ -135,18 +185,24 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
 #if MIX
     index = resolve_mixture(index, false);
 #endif
+#if CONTACT
+    leaving_contact = hit.contact;
+    if (hit.contact != NONE && material_at(index).interior != NONE) {
+        // An opaque surface that touches a volume's is what is seen there.
+        let other = material_of(hit.contact);
+        index = select(index, other, is_opaque(material_at(other).kind));
+    }
+#endif
     let m = material_at(index);
 #if INTERIORS
     if (m.interior != NONE) {
-        let rank = interior_at(m.interior).rank;
-        let others = without_interior(inside, rank);
-        let beyond = select(others, with_interior(others, rank), dot(ray.d, s.n) < 0.0);
-        if (m.kind == MATERIAL_KIND_BOUNDARY || rank <= ruling_rank(others)) {
-            inside = beyond;
+        let sides = cross_surface(inside, ray, s, m.interior, hit);
+        if (m.kind == MATERIAL_KIND_BOUNDARY || ruling_rank(sides.here) == ruling_rank(sides.beyond)) {
+            inside = sides.beyond;
             return pass_through(ray, s);
         }
 #if DIELECTRIC
-        return scatter_at_dielectric(ray, s, m, others, beyond);
+        return scatter_at_dielectric(ray, s, m, sides);
 #else
         return end_path(ray);
 #endif
@@ -177,15 +233,21 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
 #if MIX
         index = resolve_mixture(index, true);
 #endif
-        let m = material_at(index);
+        var m = material_at(index);
         let s = surface_at(ray, hit);
+#if CONTACT
+        leaving_contact = hit.contact;
+        if (hit.contact != NONE && is_opaque(material_at(material_of(hit.contact)).kind)) {
+            m.kind = MATERIAL_KIND_DIFFUSE;
+            m.interior = NONE;
+        }
+#endif
         var absent = m.kind == MATERIAL_KIND_BOUNDARY;
 #if INTERIORS
         if (m.interior != NONE) {
-            let rank = interior_at(m.interior).rank;
-            let others = without_interior(shadow_inside, rank);
-            absent = absent || rank <= ruling_rank(others);
-            shadow_inside = select(others, with_interior(others, rank), dot(ray.d, s.n) < 0.0);
+            let sides = cross_surface(shadow_inside, ray, s, m.interior, hit);
+            absent = absent || ruling_rank(sides.here) == ruling_rank(sides.beyond);
+            shadow_inside = sides.beyond;
         }
 #endif
         path.crossings += 1u;
@@ -207,6 +269,9 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
         }
 #endif
     }
+#if CONTACT
+    leaving_contact = next_leaving_contact;
+#endif
     path.in_shadow = false;
     path.ended = next_ray.t_max <= 0.0;
     return next_ray;

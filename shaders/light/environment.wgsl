@@ -34,15 +34,15 @@ fn environment_texel(light: Light, d: vec3f) -> u32 {
 }
 
 // Radiance of a texel: upsampled colour times the colour space's white.
-fn environment_radiance(light: Light, texel: u32, k: u32) -> vec4f {
-    let c = bitcast<vec4f>(textureLoad(environment, texel(2u * texel), 0));
+fn environment_radiance(light: Light, at: u32, k: u32) -> vec4f {
+    let c = bitcast<vec4f>(textureLoad(environment, texel(2u * at), 0));
     let x = spectrum(bitcast<u32>(light.p2.w), k);
     let t = (c.x * x + c.y) * x + c.z;
     return c.w * (0.5 + 0.5 * t * inverseSqrt(1.0 + t * t)) * spectrum(light.row, k);
 }
 
-fn pdf_environment_image(texel: u32) -> f32 {
-    return bitcast<vec4f>(textureLoad(environment, texel(2u * texel + 1u), 0)).z;
+fn pdf_environment_image(at: u32) -> f32 {
+    return bitcast<vec4f>(textureLoad(environment, texel(2u * at + 1u), 0)).z;
 }
 
 fn sample_environment_image(light: Light, u: vec2f) -> LightSample {
@@ -50,17 +50,17 @@ fn sample_environment_image(light: Light, u: vec2f) -> LightSample {
     let width = light.p0.w;
     let height = light.p1.w;
     let x = u.x * width * height;
-    var texel = u32(min(x, width * height - 1.0));
-    let alias_entry = bitcast<vec4f>(textureLoad(environment, texel(2u * texel + 1u), 0));
-    let f = x - f32(texel);
+    var at = u32(min(x, width * height - 1.0));
+    let alias_entry = bitcast<vec4f>(textureLoad(environment, texel(2u * at + 1u), 0));
+    let f = x - f32(at);
     var within = f / alias_entry.x;
     if (f >= alias_entry.x) {
-        texel = bitcast<u32>(alias_entry.y);
+        at = bitcast<u32>(alias_entry.y);
         within = (f - alias_entry.x) / (1.0 - alias_entry.x);
     }
     // Uniform over the texel's solid angle: azimuth and cosine of the polar angle.
-    let column = f32(texel % u32(width));
-    let row = f32(texel / u32(width));
+    let column = f32(at % u32(width));
+    let row = f32(at / u32(width));
     let top = cos(PI * row / height);
     let bottom = cos(PI * (row + 1.0) / height);
     let y = mix(top, bottom, clamp(within, 0.0, 1.0));
@@ -69,9 +69,9 @@ fn sample_environment_image(light: Light, u: vec2f) -> LightSample {
     let local = vec3f(rho * cos(phi), y, rho * sin(phi));
     s.wi = normalize(local.x * light.p0.xyz + local.y * light.p1.xyz + local.z * light.p2.xyz);
     s.distance = INFINITE;
-    s.texel = texel;
+    s.texel = at;
     s.row = light.row;
-    s.pdf = light.probability * pdf_environment_image(texel);
+    s.pdf = light.probability * pdf_environment_image(at);
     s.weight = 1.0 / s.pdf;
     return s;
 }
@@ -93,10 +93,10 @@ fn add_environment(d: vec3f, pdf: f32) {
 #endif
 #if ENV_IMAGE
             case LIGHT_KIND_IMAGE: {
-                let texel = environment_texel(light, d);
-                let w = mis_weight(pdf, light.probability * pdf_environment_image(texel));
+                let at = environment_texel(light, d);
+                let w = mis_weight(pdf, light.probability * pdf_environment_image(at));
                 for (var k = 0u; k < LANES4; k++) {
-                    li[k] += w * beta[k] * environment_radiance(light, texel, k);
+                    li[k] += w * beta[k] * environment_radiance(light, at, k);
                 }
             }
 #endif

@@ -1,5 +1,6 @@
 //! `abbe bench`: speed and error of renders, one row for each scene.
 
+use super::bench_scenes;
 use super::load::Overrides;
 use super::print::{out, percent, si};
 use super::render::StopArgs;
@@ -16,18 +17,22 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 const EXAMPLES: &str = "Examples:
-  abbe bench scenes/cornell_spheres.json --spp 64
+  abbe bench cornell_box triangles_70k --spp 64 --size 512x512
   abbe bench scenes/*.json --time 10s --json
   abbe bench scenes/compare/pool.json --reference pool.exr
 
-relMSE is the mean over pixels of (Y - Yref)^2 / (Yref^2 + 0.01 <Yref>^2), Y being luminance from the bins. The reference is the
-EXR given, or reference.exr in the folder SCENE (the scene's file without .json) where there is one; it sets the resolution
-unless --size is given.";
+'cornell_box' (a diffuse box of 12 triangles) and 'triangles_70k' (a diffuse ball of 70,000 triangles in that box) are built in.
+camera/s are the rays per second of the camera pass, all its shading included; rays/s are those of all passes over the whole time.
+
+relMSE is the mean over pixels of ((v - r)^2 - e^2) / (r^2 + 0.01 <r>^2): of luminance from the bins, and the mean over bins. The
+reference r is the EXR given, NAME/reference.exr in the folder given, or reference.exr in the folder SCENE (the scene's file without
+.json) where there is one; it sets the resolution unless --size is given. e, the reference's own error, is read from a file beside it
+whose name ends in _error.exr, one draw of the standard error per pixel and bin; without one it is 0.";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Scenes to render [default: scenes/*.json]
+    /// Scenes to render [default: cornell_box triangles_70k scenes/compare/*.json]
     #[arg(value_name = "SCENES")]
     scenes: Vec<PathBuf>,
     #[command(flatten)]
@@ -40,8 +45,8 @@ pub struct Args {
     /// Part of a device's name (see 'abbe devices'), or 'reference'
     #[arg(long, value_name = "NAME")]
     device: Option<String>,
-    /// Spectral EXR to compare with
-    #[arg(long, value_name = "EXR")]
+    /// Spectral EXR to compare with, or a folder of folders with one for each scene
+    #[arg(long, value_name = "PATH")]
     reference: Option<PathBuf>,
     /// Print one JSON object per row
     #[arg(long)]
@@ -53,8 +58,8 @@ pub fn run(args: &Args) -> Outcome {
     let scenes = if args.scenes.is_empty() { shipped_scenes()? } else { args.scenes.clone() };
     if !args.json {
         out(&format!(
-            "{:<20} {:>6} {:>8} {:>8} {:>12} {:>9} {:>9}  device",
-            "scene", "spp", "set-up/s", "render/s", "rays/s", "error", "relMSE"
+            "{:<20} {:>6} {:>8} {:>8} {:>9} {:>9} {:>9} {:>9} {:>9}  device",
+            "scene", "spp", "set-up/s", "render/s", "rays/s", "camera/s", "error", "relMSE Y", "bins"
         ));
     }
     interrupt::heed();
@@ -70,12 +75,46 @@ pub fn run(args: &Args) -> Outcome {
 
 fn shipped_scenes() -> Result<Vec<PathBuf>> {
     let remedy = "name scenes, or run this where Abbe's scenes/ folder is";
-    let folder = std::fs::read_dir("scenes").map_err(|e| Error::file("scenes", format!("cannot list: {e}"), remedy))?;
+    let path = Path::new("scenes/compare");
+    let folder = std::fs::read_dir(path).map_err(|e| Error::file(path, format!("cannot list: {e}"), remedy))?;
     let files = folder.filter_map(|entry| entry.ok().map(|e| e.path()));
-    let mut scenes: Vec<PathBuf> =
-        files.filter(|p| p.extension().is_some_and(|e| e == "json") && !p.to_string_lossy().ends_with(".schema.json")).collect();
+    let mut scenes: Vec<PathBuf> = files.filter(|p| p.extension().is_some_and(|e| e == "json")).collect();
     scenes.sort();
-    if scenes.is_empty() { Err(Error::file("scenes", "holds no scenes", remedy)) } else { Ok(scenes) }
+    if scenes.is_empty() {
+        return Err(Error::file(path, "holds no scenes", remedy));
+    }
+    Ok(bench_scenes::NAMES.iter().map(PathBuf::from).chain(scenes).collect())
+}
+
+/// What a render is compared with.
+struct Reference {
+    path: PathBuf,
+    image: SpectralImage,
+    /// One draw of the standard error per pixel and bin.
+    error: Option<SpectralImage>,
+}
+
+impl Reference {
+    fn of(args: &Args, scene: &Path) -> Result<Option<Self>> {
+        let path = match &args.reference {
+            Some(given) if given.is_dir() => given.join(scene.file_stem().unwrap_or_default()).join("reference.exr"),
+            Some(given) => return Self::read(given).map(Some),
+            None => scene.with_extension("").join("reference.exr"),
+        };
+        if path.exists() { Self::read(&path).map(Some) } else { Ok(None) }
+    }
+
+    fn read(path: &Path) -> Result<Self> {
+        let image = SpectralImage::read(path)?;
+        let mut name = path.file_stem().unwrap_or_default().to_os_string();
+        name.push("_error.exr");
+        let beside = path.with_file_name(name);
+        let error = if beside.exists() { Some(SpectralImage::read(&beside)?) } else { None };
+        if error.as_ref().is_some_and(|e| (e.width, e.height, e.bins()) != (image.width, image.height, image.bins())) {
+            return Err(Error::file(&beside, "its size differs from the reference's", "remove it, or put the right one there"));
+        }
+        Ok(Reference { path: path.to_path_buf(), image, error })
+    }
 }
 
 struct Row {
@@ -83,21 +122,19 @@ struct Row {
     device: String,
     setup: f64,
     summary: Summary,
-    relative_mse: Option<f64>,
+    relative_mse: Option<RelativeMse>,
 }
 
 fn measure(args: &Args, path: &Path) -> Result<Row> {
-    let beside = path.with_extension("").join("reference.exr");
-    let reference = match &args.reference {
-        Some(path) => Some(path.clone()),
-        None => beside.exists().then_some(beside),
-    };
-    let reference = reference.map(|path| SpectralImage::read(&path).map(|image| (path, image))).transpose()?;
+    let reference = Reference::of(args, path)?;
     let mut overrides = args.overrides.clone();
-    if let (None, Some((_, image))) = (overrides.size, &reference) {
+    if let (None, Some(Reference { image, .. })) = (overrides.size, &reference) {
         overrides.size = u32::try_from(image.width).ok().zip(u32::try_from(image.height).ok());
     }
-    let scene = overrides.load(path)?;
+    let scene = match bench_scenes::built_in(path, &overrides.options()) {
+        Some(scene) => scene?,
+        None => overrides.load(path)?,
+    };
     let start = Instant::now();
     let mut film = Film::try_new(&scene.film)?;
     let mut device = device::open(&scene, args.device.as_deref(), args.seed)?;
@@ -108,49 +145,74 @@ fn measure(args: &Args, path: &Path) -> Result<Row> {
         if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     bar.clear();
-    let relative_mse = reference.map(|(path, image)| relative_mse(&film, &path, &image)).transpose()?;
+    let relative_mse = reference.map(|r| relative_mse(&film, &r)).transpose()?;
     Ok(Row { scene: scene.name.clone(), device: device.name, setup, summary: summary?, relative_mse })
 }
 
-/// Mean over pixels of `(Y - Yref)^2 / (Yref^2 + 0.01 <Yref>^2)`. Both luminances come from bin averages by the same weights, so
-/// that they differ by what was rendered alone.
-fn relative_mse(film: &Film, path: &Path, reference: &SpectralImage) -> Result<f64> {
-    let bins = &film.settings().bins;
-    let same_bins = reference.bins() == film.bins()
-        && reference.wavelengths_nm.iter().enumerate().all(|(b, nm)| (nm - bins.centre_nm(b as u32)).abs() < 1e-3);
+/// Mean squared errors relative to a reference, net of its own.
+struct RelativeMse {
+    luminance: f64,
+    /// Mean over the bins.
+    bins: f64,
+}
+
+/// Errors as [`EXAMPLES`] has them. Both luminances come from bin averages by the same weights, so that they differ by what was
+/// rendered alone; errors of different bins are taken to be independent.
+fn relative_mse(film: &Film, reference: &Reference) -> Result<RelativeMse> {
+    let (bins, image) = (&film.settings().bins, &reference.image);
+    let same_bins = image.bins() == film.bins()
+        && image.wavelengths_nm.iter().enumerate().all(|(b, nm)| (nm - bins.centre_nm(b as u32)).abs() < 1e-3);
     let (width, height) = (film.settings().width as usize, film.settings().height as usize);
-    if !same_bins || (width, height) != (reference.width, reference.height) {
+    if !same_bins || (width, height) != (image.width, image.height) {
         let problem = format!(
             "{}x{} with {} wavelengths does not match the render, {width}x{height} with {} bins",
-            reference.width,
-            reference.height,
-            reference.bins(),
+            image.width,
+            image.height,
+            image.bins(),
             film.bins()
         );
-        return Err(Error::file(path, problem, "render with the size and bins of the reference"));
+        return Err(Error::file(&reference.path, problem, "render with the size and bins of the reference"));
     }
-    let weights = bin_weights(bins, Observer::Cie1931);
-    let y = |values: &mut dyn Iterator<Item = f64>| -> f64 { values.zip(&weights).map(|(v, w)| v * w[1]).sum() };
-    let pairs: Vec<(f64, f64)> = (0..film.pixels())
-        .map(|p| (y(&mut film.pixel(p).iter().copied()), y(&mut reference.pixel(p).iter().map(|&v| f64::from(v)))))
-        .collect();
-    let mean = pairs.iter().map(|(_, reference)| reference).sum::<f64>() / pairs.len() as f64;
-    let floor = (0.01 * mean * mean).max(f64::MIN_POSITIVE);
-    Ok(pairs.iter().map(|(y, r)| (y - r).powi(2) / (r * r + floor)).sum::<f64>() / pairs.len() as f64)
+    // The error of a weighted sum of bins.
+    let score = |weights: &[f64]| {
+        let sum = |pixel: &mut dyn Iterator<Item = f64>| -> f64 { pixel.zip(weights).map(|(v, w)| v * w).sum() };
+        let values = |p: usize| sum(&mut image.pixel(p).iter().map(|&v| f64::from(v)));
+        let mean = (0..film.pixels()).map(values).sum::<f64>() / film.pixels() as f64;
+        let floor = (0.01 * mean * mean).max(f64::MIN_POSITIVE);
+        let of_pixel = |p: usize| {
+            let (v, r) = (sum(&mut film.pixel(p).iter().copied()), values(p));
+            let own = |e: &SpectralImage| e.pixel(p).iter().zip(weights).map(|(&e, w)| (f64::from(e) * w).powi(2)).sum::<f64>();
+            ((v - r).powi(2) - reference.error.as_ref().map_or(0.0, own)) / (r * r + floor)
+        };
+        (0..film.pixels()).map(of_pixel).sum::<f64>() / film.pixels() as f64
+    };
+    let y: Vec<f64> = bin_weights(bins, Observer::Cie1931).iter().map(|w| w[1]).collect();
+    let single = |b: usize| (0..film.bins()).map(|i| if i == b { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
+    let per_bin = (0..film.bins()).map(|b| score(&single(b))).sum::<f64>() / film.bins() as f64;
+    Ok(RelativeMse { luminance: score(&y), bins: per_bin })
 }
 
 impl Row {
+    /// Rays per second of the GPU's camera pass by itself.
+    fn camera_rays_per_second(&self) -> Option<f64> {
+        let stats = &self.summary.progress.stats;
+        (stats.camera_rays > 0).then(|| stats.camera_rays as f64 / stats.camera_time.as_secs_f64().max(1e-9))
+    }
+
     fn text(&self) -> String {
         let p = &self.summary.progress;
+        let error = |e: Option<f64>| e.map_or("-".to_string(), |e| format!("{e:.2e}"));
         format!(
-            "{:<20} {:>6} {:>8.2} {:>8.2} {:>12} {:>9} {:>9}  {}",
+            "{:<20} {:>6} {:>8.2} {:>8.2} {:>9} {:>9} {:>9} {:>9} {:>9}  {}",
             self.scene,
             p.spp,
             self.setup,
             p.elapsed.as_secs_f64(),
             si(p.rays_per_second),
+            self.camera_rays_per_second().map_or("-".to_string(), si),
             percent(p.relative_error),
-            self.relative_mse.map_or("-".to_string(), |e| format!("{e:.2e}")),
+            error(self.relative_mse.as_ref().map(|e| e.luminance)),
+            error(self.relative_mse.as_ref().map(|e| e.bins)),
             self.device
         )
     }
@@ -165,8 +227,10 @@ impl Row {
             "seconds": p.elapsed.as_secs_f64(),
             "rays": p.stats.rays,
             "rays_per_second": p.rays_per_second,
+            "camera_rays_per_second": self.camera_rays_per_second(),
             "relative_error": p.relative_error.is_finite().then_some(p.relative_error),
-            "relative_mse": self.relative_mse,
+            "relative_mse": self.relative_mse.as_ref().map(|e| e.luminance),
+            "relative_mse_bins": self.relative_mse.as_ref().map(|e| e.bins),
             "dropped": p.stats.dropped_not_finite + p.stats.dropped_negative + p.stats.dropped_saturated,
         })
         .to_string()

@@ -34,14 +34,18 @@ pub struct Overrides {
 impl Overrides {
     /// Loads `path` with these changes.
     pub fn load(&self, path: &std::path::Path) -> Result<Scene> {
-        let options = LoadOptions {
+        load(path, &self.options())
+    }
+
+    /// The changes as the loader takes them.
+    pub fn options(&self) -> LoadOptions {
+        LoadOptions {
             allow_outside: self.allow_outside,
             width: self.size.map(|s| s.0),
             height: self.size.map(|s| s.1),
             channels: self.channels,
             max_depth: self.max_depth,
-        };
-        load(path, &options)
+        }
     }
 }
 

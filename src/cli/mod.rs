@@ -4,6 +4,7 @@
 //! fault (one line says what and what to do), 130 interrupted by Ctrl-C (what was rendered is written first).
 
 mod bench;
+mod bench_scenes;
 mod device;
 mod info;
 mod interrupt;

@@ -4,7 +4,6 @@ use super::layout::{self, Interior, Material, NO_INDEX};
 use super::lights;
 use super::{Gpu, Resource, primitives, targets};
 use crate::bsdf::energy::EnergyTable;
-use crate::bsdf::fresnel;
 use crate::error::{Error, Result};
 use crate::geometry::bounds_of_all;
 use crate::scene::{self, Scene};
@@ -22,8 +21,6 @@ pub enum SpectrumRow {
     Spectrum(Spectrum),
     /// An index of refraction.
     Ior(Ior),
-    /// Hemispherical mean of a conductor's Fresnel reflectance.
-    ConductorAverage(Spectrum, Spectrum),
     /// The coordinate of upsampled colours, (nm - 360) / 470.
     UpsamplingCoordinate,
 }
@@ -36,7 +33,6 @@ impl SpectrumRow {
             SpectrumRow::FilmXyz(i) => weights[1 + i],
             SpectrumRow::Spectrum(s) => s.eval(nm),
             SpectrumRow::Ior(n) => n.eval(nm),
-            SpectrumRow::ConductorAverage(eta, k) => fresnel::average_conductor(eta.eval(nm), k.eval(nm)),
             SpectrumRow::UpsamplingCoordinate => (nm - 360.0) / 470.0,
         }
     }
@@ -201,7 +197,6 @@ fn materials(scene: &Scene, rows: &mut Rows, tables: &mut Vec<f32>) -> Vec<Mater
                     kind: layout::MATERIAL_KIND_ROUGH_CONDUCTOR,
                     a,
                     b,
-                    c: rows.add(SpectrumRow::ConductorAverage(eta.clone(), k.clone())),
                     alpha: *alpha as f32,
                     table: energy_table(*alpha, false, &mut made, tables),
                     ..none

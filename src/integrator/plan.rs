@@ -1,7 +1,9 @@
 //! What a scene needs, worked out before a shader is compiled: only that is in the pipeline.
 
-use crate::geometry::bounds;
+use crate::geometry::{Bounds, bounds};
 use crate::scene::{Filter, Geometry, Light, Material, Scene, Sensor};
+use crate::spectrum::Ior;
+use glam::DVec3;
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -51,7 +53,10 @@ impl Plan {
         let constant = light(&|l| matches!(l, Light::Constant { .. }));
         let image = light(&|l| matches!(l, Light::Image(_)));
         let lights = area || !scene.lights.is_empty();
-        let interiors = dielectric || !inner.is_empty() || scattering || absorbing;
+        let conductor = smooth_conductor || rough_conductor;
+        // A metal's reflectance depends on what it lies in.
+        let in_vacuum = scene.interiors[0].ior == Ior::constant(1.0);
+        let interiors = dielectric || !inner.is_empty() || scattering || absorbing || (conductor && !in_vacuum);
         let lanes = super::Wavelengths::lanes(scene.film.bins.count);
         let features = BTreeMap::from([
             ("QUADRICS", scene.shapes.iter().any(|s| !matches!(s.geometry, Geometry::Mesh(_)))),
@@ -61,17 +66,18 @@ impl Plan {
             ("SMOOTH_DIELECTRIC", smooth_dielectric),
             ("ROUGH_DIELECTRIC", rough_dielectric),
             ("THIN_DIELECTRIC", thin),
-            ("CONDUCTOR", smooth_conductor || rough_conductor),
+            ("CONDUCTOR", conductor),
             ("SMOOTH_CONDUCTOR", smooth_conductor),
             ("ROUGH_CONDUCTOR", rough_conductor),
             ("ROUGH", rough_dielectric || rough_conductor),
-            ("FRESNEL", dielectric || thin || smooth_conductor || rough_conductor),
+            ("FRESNEL", dielectric || thin || conductor),
             ("MIX", any(&|m| matches!(m, Material::Mix { .. }))),
             ("BOUNDARY", boundary),
             ("DISPERSION", dispersion),
             ("INTERIORS", interiors),
             ("MEDIA", scattering || absorbing),
             ("SCATTERING", scattering),
+            ("CONTACT", volumes_touch(scene)),
             ("PASS_THROUGH", boundary || volumes_overlap(scene)),
             ("LIGHTS_PRESENT", lights),
             ("LIGHT_AREA", area),
@@ -171,6 +177,20 @@ fn volumes_overlap(scene: &Scene) -> bool {
     boxes.iter().enumerate().any(|(i, a)| boxes[..i].iter().any(|b| a.overlaps(b)))
 }
 
+/// True if the box of a volume comes so close to another shape's that their surfaces may touch.
+fn volumes_touch(scene: &Scene) -> bool {
+    let boxes: Vec<_> = scene
+        .shapes
+        .iter()
+        .map(|s| {
+            let b = bounds(&s.geometry);
+            let slack = DVec3::splat(1e-5 * b.min.abs().max(b.max.abs()).max_element());
+            (interior(&scene.materials[s.material]).is_some(), Bounds { min: b.min - slack, max: b.max + slack })
+        })
+        .collect();
+    boxes.iter().enumerate().any(|(i, a)| boxes[..i].iter().any(|b| (a.0 || b.0) && a.1.overlaps(&b.1)))
+}
+
 /// What neither pass can see.
 fn blind_spots(scene: &Scene) -> Vec<String> {
     let mut out = Vec::new();
@@ -205,7 +225,7 @@ impl fmt::Display for Plan {
                 &[
                     ("QUADRICS", "analytic shapes"),
                     ("SMOOTH_NORMALS", "smooth normals"),
-                    ("PASS_THROUGH", "surfaces to pass through"),
+                    ("PASS_THROUGH", "surfaces to pass through"), ("CONTACT", "surfaces in contact"),
                 ],
             ),
             (
