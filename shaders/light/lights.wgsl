@@ -132,6 +132,18 @@ fn sample_area_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
     if (!emits_towards(light, cos_theta) || cos_theta == 0.0) {
         return s;
     }
+#if LIGHT_CYLINDER
+    if (light.kind == LIGHT_KIND_CYLINDER && cos_theta < 0.0) {
+        // The inside of a tube. Its own near wall may be in the way, which a shadow ray aimed at this primitive leaves out: the other root from
+        // the sampled point back. Where `p` lies on the tube that root is `p` itself.
+        let along = dot(wi, light.p1.xyz);
+        let back = -2.0 * light.p2.x * cos_theta / max(1.0 - along * along, 1e-20);
+        let height = dot(point.p - light.p0.xyz, light.p1.xyz) - back * along;
+        if (back < 0.9999 * sqrt(d2) && height >= 0.0 && height <= light.p2.y) {
+            return s;
+        }
+    }
+#endif
     s.wi = wi;
     s.distance = sqrt(d2);
     s.pdf = light.probability * d2 / (light.area * abs(cos_theta));

@@ -1,7 +1,7 @@
 //! The plain 8-bit sRGB picture of an XYZ image.
 
 use super::cie::xyz_of_unit;
-use super::convert::{linear_srgb_of_xyz, srgb_encode};
+use super::convert::{linear_srgb_of_xyz, srgb_encode, xyz_of_linear_srgb};
 use crate::spectrum::library::Observer;
 
 /// Up to here the picture is proportional to light; above, highlights approach 1 smoothly.
@@ -10,8 +10,9 @@ const KNEE: f64 = 0.9;
 /// Turns XYZ in cd m^-2 into sRGB, three bytes per pixel.
 ///
 /// At `exposure` 0 stops white (1, 1, 1) is the luminance of the equal-energy spectrum of 1 W m^-2 sr^-1 nm^-1; each stop doubles. `None`
-/// chooses it by [`auto_exposure`]. There is no chromatic adaptation: the picture's white is D65. Colours outside the gamut are drawn
-/// towards the grey of equal luminance until no component is negative. Where the largest component exceeds 0.9 the pixel is scaled down
+/// chooses it by [`auto_exposure`]. There is no chromatic adaptation: the picture's white is D65. Of colours outside the gamut the
+/// negative components are cut off and the others scaled to keep the luminance: drawn towards grey instead, deep red would turn pink, and a
+/// spectrum would show dark lines at the primaries. Where the largest component exceeds 0.9 the pixel is scaled down
 /// so that it approaches 1, with its hue kept. What is not finite is black.
 pub fn develop(xyz: &[[f32; 3]], exposure: Option<f64>) -> Vec<u8> {
     let stops = exposure.unwrap_or_else(|| auto_exposure(xyz));
@@ -43,9 +44,9 @@ fn encode(xyz: [f64; 3]) -> [u8; 3] {
         return [0; 3];
     }
     let rgb = linear_srgb_of_xyz(xyz);
-    let min = rgb.into_iter().fold(f64::INFINITY, f64::min);
-    let saturation = if min < 0.0 { y / (y - min) } else { 1.0 };
-    let rgb = rgb.map(|v| y + saturation * (v - y));
+    let cut = rgb.map(|v| v.max(0.0));
+    let keep = if cut == rgb { 1.0 } else { y / xyz_of_linear_srgb(cut)[1] };
+    let rgb = cut.map(|v| keep * v);
     let max = rgb.into_iter().fold(0.0, f64::max);
     let scale = if max > KNEE { (1.0 - (1.0 - KNEE) * (-(max - KNEE) / (1.0 - KNEE)).exp()) / max } else { 1.0 };
     rgb.map(|v| (255.0 * srgb_encode((v * scale).clamp(0.0, 1.0))).round() as u8)

@@ -3,6 +3,7 @@
 use super::{Gpu, Resource, layout, shader};
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
+use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
 
 /// WGSL of the kernel of root file `root`; `constants` and `features` are the plan's and the scene's. An error says where in `shaders/`
 /// something is amiss.
@@ -19,7 +20,7 @@ fn defect(name: &str, problem: &str) -> Error {
 #[derive(Debug)]
 pub struct Kernel {
     pipeline: wgpu::ComputePipeline,
-    /// (name, binding) of every resource.
+    /// (name, binding) of every resource in use.
     bindings: Vec<(String, u32)>,
 }
 
@@ -40,8 +41,11 @@ impl Kernel {
     pub fn compile(gpu: &Gpu, name: &str, source: String) -> Result<Self> {
         let defect = |e: String| defect(name, &e);
         let module = wgpu::naga::front::wgsl::parse_str(&source).map_err(|e| defect(e.emit_to_string(&source)))?;
-        let bindings =
-            module.global_variables.iter().filter_map(|(_, v)| Some((v.name.clone()?, v.binding.as_ref()?.binding))).collect();
+        // Only what `main` uses is in the pipeline's layout.
+        let info = Validator::new(ValidationFlags::empty(), Capabilities::all()).validate(&module);
+        let info = info.map_err(|e| defect(e.emit_to_string(&source)))?;
+        let used = module.global_variables.iter().filter(|(handle, _)| !info.get_entry_point(0)[*handle].is_empty());
+        let bindings = used.filter_map(|(_, v)| Some((v.name.clone()?, v.binding.as_ref()?.binding))).collect();
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let descriptor = wgpu::ShaderModuleDescriptor { label: Some(name), source: wgpu::ShaderSource::Wgsl(source.into()) };
         // SAFETY: indices are made by the host from the same lists as the buffers, and every loop is bounded or ends with a path; the tests run

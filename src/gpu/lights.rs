@@ -37,11 +37,14 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, bounds: Bounds, origin: DVec
     let at = |p: DVec3| vec4(p - origin);
     let mut records: Vec<Light> = Vec::new();
     let mut powers = Vec::new();
+    // The shape or light that each record is part of.
+    let mut sources = Vec::new();
     let mut inside = places(scene).into_iter().map(|set| {
         ranks(scene, &set)
             .ok_or_else(|| Error::usage("a light lies inside more than 4 nested volumes", "move it out of some of them"))
     });
     let mut of_primitive = Vec::new();
+    let mut sources_so_far = 0;
     for shape in &scene.shapes {
         let count = if let Geometry::Mesh(m) = &shape.geometry { m.triangles.len() } else { 1 };
         let Some(emission) = shape.emission.as_ref().filter(|e| !e.radiance.is_zero()) else {
@@ -69,10 +72,12 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, bounds: Bounds, origin: DVec
             };
             of_primitive.push(records.len() as u32);
             powers.push(exitance * area);
+            sources.push(sources_so_far);
             let primitive = of_primitive.len() as u32 - 1;
             let (two_sided, area) = (u32::from(emission.two_sided), area as f32);
             records.push(Light { kind, row, primitive, two_sided, p0, p1, p2, area, inside, ..Default::default() });
         }
+        sources_so_far += 1;
     }
     let mut environment = Vec::new();
     let mut environment_light = NO_INDEX as usize;
@@ -137,13 +142,27 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, bounds: Bounds, origin: DVec
         };
         records.push(record);
         powers.push(power);
+        sources.push(sources_so_far);
+        sources_so_far += 1;
     }
-    for (record, (probability, threshold, alias)) in records.iter_mut().zip(alias_table(&powers)) {
+    for (record, (probability, threshold, alias)) in records.iter_mut().zip(alias_table(&shares(&powers, &sources))) {
         record.probability = probability as f32;
         record.alias_threshold = threshold as f32;
         record.alias_index = alias;
     }
     Ok(Lights { records, of_primitive, environment, first_distant, environment_light, power: powers.iter().sum() })
+}
+
+/// How often each record is to be chosen: by power, but a fifth alike for all lights, since the strongest may be hidden where the weakest is all there is.
+fn shares(powers: &[f64], sources: &[usize]) -> Vec<f64> {
+    let total: f64 = powers.iter().sum();
+    let count = sources.last().map_or(0, |s| s + 1);
+    let mut of_source = vec![0.0; count];
+    powers.iter().zip(sources).for_each(|(p, &s)| of_source[s] += p);
+    let share = |(p, &s): (&f64, &usize)| {
+        if *p > 0.0 { 0.8 * p / total + 0.2 * p / (of_source[s] * count as f64) } else { 0.0 }
+    };
+    powers.iter().zip(sources).map(share).collect()
 }
 
 /// The volumes around every emitting shape, then around every light that has a place.
