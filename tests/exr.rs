@@ -52,7 +52,14 @@ fn provenance() -> Provenance {
         device: "a device".to_string(),
         seed: u64::MAX,
         seconds: 1.5,
-        stats: BatchStats { paths: 1, rays: 1 << 40, dropped_not_finite: 3, dropped_negative: 4, truncated: 5 },
+        stats: BatchStats {
+            paths: 1,
+            rays: 1 << 40,
+            dropped_not_finite: 3,
+            dropped_negative: 4,
+            truncated: 5,
+            ..BatchStats::default()
+        },
         exposure: Some(-2.0),
         irradiance: false,
     }

@@ -1,0 +1,9 @@
+//! The GPU's side: what host and shaders share, what is compiled, the sampler and the intersectors on the adapter, and that the same
+//! request gives the same bits.
+
+mod boundary;
+mod determinism;
+mod intersect;
+mod plan;
+mod sampler;
+mod support;
