@@ -15,6 +15,27 @@
 #include "integrator/vertex.wgsl"
 #include "integrator/scatter.wgsl"
 
+#if LIT_SENSOR
+// Light that falls on an irradiance sensor straight from a light: sampled as at a diffuse surface, since `ray` leaves it likewise.
+fn light_on_sensor(ray: Ray) -> Ray {
+    path.pdf = dot(sensor_normal, ray.d) * INV_PI;
+    let choice = next_1d();
+    let light = connect(ray.o, choice, next_2d());
+    let pdf = dot(sensor_normal, light.wi) * INV_PI;
+    if (light.weight <= 0.0 || pdf <= 0.0) {
+        return ray;
+    }
+    let w = light_mis(light, pdf) * pdf;
+    for (var k = 0u; k < LANES4; k++) {
+        pending[k] = w * beta[k] * light_spectrum(light, k);
+    }
+#if INTERIORS
+    shadow_starts_in(inside, light);
+#endif
+    return shadow_then(ray, true, light, ray.o, NONE);
+}
+#endif
+
 fn begin_path(pixel: vec2u, sample: u32) -> Ray {
     start_sampler(pixel.y * params.image_width + pixel.x, params.batch, params.seed, sample);
     pass_base = (sample - params.first_sample) * params.spectra_stride;
@@ -23,7 +44,11 @@ fn begin_path(pixel: vec2u, sample: u32) -> Ray {
 #if INTERIORS
     inside = params.inside;
 #endif
+#if LIT_SENSOR
+    return light_on_sensor(ray);
+#else
     return ray;
+#endif
 }
 
 @compute @workgroup_size(64)

@@ -29,8 +29,10 @@ fn interior_at(i: u32) -> Interior {
 #if ENV_IMAGE
 @group(0) @binding(11) var environment: texture_2d<u32>;
 #endif
+#if LIGHT_PATHS
 #if MANY_BINS
 @group(0) @binding(12) var<storage, read> lane_bins: array<u32>;
+#endif
 #endif
 
 fn material_at(i: u32) -> Material {

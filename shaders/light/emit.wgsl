@@ -2,6 +2,7 @@
 //
 // Only paths that meet a smooth mirror or glass first are wanted, so light is shot only at the spheres around those (`targets`): one is chosen by the
 // solid angle (or cross-section) that it shows, and since spheres overlap, the density of a ray is the number of spheres it hits over the sum of all.
+#if LIGHT_POINT || LIGHT_AREA || LIGHT_ENVIRONMENT
 @group(0) @binding(15) var targets: texture_2d<u32>; // centre, radius
 
 fn target_at(i: u32) -> vec4f {
@@ -80,6 +81,7 @@ fn aim_along(d: vec3f, u_choice: f32, u: vec2f) -> Aim {
     let o = t.xyz + c.x * f[0] + c.y * f[1] - params.scene_diameter * d;
     return Aim(o, total / targets_hit(o, d));
 }
+#endif
 
 fn emit() -> Ray {
     let index = choose_light(next_1d());

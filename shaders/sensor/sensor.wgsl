@@ -31,6 +31,10 @@ fn sample_filter(u: vec2f) -> vec2f {
 }
 #endif
 
+#if !SENSOR_CAMERA
+var<private> sensor_normal: vec3f; // at the point that measures
+#endif
+
 // Fills `ray`; beta becomes the weight that turns radiance into what the film measures.
 fn start_ray(pixel: vec2u) -> Ray {
     var ray: Ray;
@@ -75,6 +79,7 @@ fn start_ray(pixel: vec2u) -> Ray {
     let n = vec3f(rho * cos(phi), p.y, -rho * sin(phi));
     ray.o = params.origin.xyz + params.half_extent.x * n;
 #endif
+    sensor_normal = n;
     ray.d = normalize(frame_around(n) * sample_cosine(next_2d()));
 #endif
     for (var k = 0u; k < LANES4; k++) {

@@ -110,7 +110,9 @@ impl Plan {
             f.extend([
                 ("CAMERA_PATHS", !light_paths),
                 ("LIGHT_PATHS", light_paths),
-                ("CONNECT", scatters && lights && (camera || !light_paths)),
+                // An irradiance sensor is crossed by light paths, but looks for lights itself.
+                ("LIT_SENSOR", lights && !camera && !light_paths),
+                ("CONNECT", lights && if light_paths { scatters && camera } else { scatters || !camera }),
                 ("LANE_CHOICE", scattering || rough_dielectric || (light_paths && dispersion)),
                 ("ADJOINT_NORMALS", light_paths && base["SMOOTH_NORMALS"]),
             ]);
@@ -225,7 +227,8 @@ impl fmt::Display for Plan {
                 &[
                     ("QUADRICS", "analytic shapes"),
                     ("SMOOTH_NORMALS", "smooth normals"),
-                    ("PASS_THROUGH", "surfaces to pass through"), ("CONTACT", "surfaces in contact"),
+                    ("PASS_THROUGH", "surfaces to pass through"),
+                    ("CONTACT", "surfaces in contact"),
                 ],
             ),
             (

@@ -1,0 +1,288 @@
+//! Small scenes, one for each thing that a scene can contain.
+
+use crate::compare::{gpu_agrees_after_binning, gpu_agrees_with_reference};
+use crate::support::*;
+use abbe::scene::*;
+use abbe::spectrum::{Formula, Ior};
+use glam::{DMat3, DVec3, dvec3};
+use std::sync::Arc;
+
+/// A room under a large lamp and a dim sky, which are easy to hit, seen from its front.
+fn hall(bins: u32) -> Scene {
+    let mut s = room(bins, 16);
+    s.max_depth = 16;
+    s.shapes[2].geometry = disc(dvec3(0.0, 2.2, 0.2), -DVec3::Y, 1.5);
+    s.lights.push(Light::Constant { radiance: ramp(0.3, 0.2) });
+    s
+}
+
+/// The hall with a ball of this material in it.
+fn ball(bins: u32, make: impl Fn(&mut Scene) -> usize) -> Scene {
+    let mut s = hall(bins);
+    let m = make(&mut s);
+    shape(&mut s, m, sphere(dvec3(0.0, 0.65, 0.2), 0.55));
+    s
+}
+
+fn rough_glass(alpha: f64) -> Scene {
+    ball(4, |s| glass(s, Interior { ior: flint(), sigma_a: ramp(0.0, 0.5), ..solid("flint", 1.0, 1) }, alpha))
+}
+
+fn metal(alpha: f64) -> Scene {
+    ball(4, |s| material(s, Material::Conductor { eta: ramp(0.3, 1.2), k: ramp(2.0, 4.0), alpha }))
+}
+
+/// Metal balls in water, whose index they see.
+fn metal_in_water() -> Scene {
+    let mut s = hall(4);
+    let water = glass(&mut s, Interior { sigma_a: ramp(0.0, 0.3), ..solid("water", 1.33, 1) }, 0.0);
+    shape(&mut s, water, cuboid(dvec3(-0.8, 0.05, -0.5), dvec3(0.8, 1.2, 0.8)));
+    for (x, alpha) in [(-0.4, 0.0), (0.4, 0.3)] {
+        let m = material(&mut s, Material::Conductor { eta: ramp(0.6, 1.2), k: ramp(1.5, 2.5), alpha });
+        shape(&mut s, m, sphere(dvec3(x, 0.6, 0.2), 0.35));
+    }
+    s
+}
+
+fn pane() -> Scene {
+    let mut s = hall(4);
+    let pane = material(&mut s, Material::ThinDielectric { ior: flint() });
+    shape(&mut s, pane, disc(dvec3(0.2, 0.7, 0.6), dvec3(0.5, 0.3, 0.8).normalize(), 0.5));
+    shape(&mut s, pane, disc(dvec3(-0.4, 0.6, 0.0), dvec3(-0.2, 0.9, 0.3).normalize(), 0.5));
+    s
+}
+
+fn mixture() -> Scene {
+    ball(4, |s| {
+        let metal = material(s, Material::Conductor { eta: ramp(0.3, 1.2), k: ramp(2.0, 4.0), alpha: 0.2 });
+        let veil = material(s, Material::Boundary { interior: None });
+        let veil = material(s, Material::Mix { a: veil, b: 0, weight: ramp(0.7, 0.3) });
+        material(s, Material::Mix { a: metal, b: veil, weight: ramp(0.2, 0.8) })
+    })
+}
+
+/// A bubble in glass in water, and two glasses that overlap.
+fn nested() -> Scene {
+    let mut s = hall(4);
+    let water = glass(&mut s, Interior { sigma_a: ramp(0.5, 0.1), ..solid("water", 1.33, 1) }, 0.0);
+    let flint_ = glass(&mut s, Interior { ior: flint(), sigma_a: ramp(0.1, 0.6), ..solid("flint", 1.0, 2) }, 0.0);
+    let bubble = glass(&mut s, solid("bubble", 1.0, 3), 0.0);
+    let crown = glass(&mut s, solid("crown", 1.5, 2), 0.0);
+    shape(&mut s, water, sphere(dvec3(0.0, 0.7, 0.1), 0.65));
+    shape(&mut s, flint_, sphere(dvec3(0.2, 0.8, 0.2), 0.4));
+    shape(&mut s, bubble, sphere(dvec3(0.1, 0.7, 0.35), 0.2));
+    shape(&mut s, crown, sphere(dvec3(-0.25, 0.6, 0.2), 0.3));
+    s
+}
+
+fn absorbing() -> Scene {
+    ball(4, |s| glass(s, Interior { sigma_a: ramp(2.0, 0.2), ..solid("green", 1.5, 1) }, 0.0))
+}
+
+fn haze() -> Scene {
+    let mut s = hall(4);
+    s.interiors.push(Interior { sigma_a: flat(0.05), sigma_s: ramp(0.2, 1.0), g: 0.6, ..solid("haze", 1.0, 0) });
+    let haze = material(&mut s, Material::Boundary { interior: Some(1) });
+    shape(&mut s, haze, sphere(dvec3(0.0, 0.5, 0.0), 1.5));
+    s.interiors.push(Interior { sigma_s: ramp(3.0, 1.0), sigma_a: ramp(0.0, 0.3), g: -0.3, ..solid("cloud", 1.0, 1) });
+    let cloud = material(&mut s, Material::Boundary { interior: Some(2) });
+    shape(&mut s, cloud, sphere(dvec3(-0.4, 0.8, 0.3), 0.5));
+    let milky = Interior { sigma_s: ramp(0.5, 2.0), g: 0.2, ..solid("milk", 1.4, 2) };
+    let milk = glass(&mut s, milky, 0.0);
+    shape(&mut s, milk, sphere(dvec3(0.5, 0.5, 0.4), 0.35));
+    s
+}
+
+fn fog_everywhere() -> Scene {
+    let mut s = ball(4, |s| glass(s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0));
+    s.interiors[0] = Interior { sigma_s: ramp(0.1, 0.3), sigma_a: flat(0.02), g: 0.3, ..air() };
+    s.lights.clear();
+    // No camera: joining light to it from fog right before it has no finite variance.
+    s.sensor = Sensor::IrradiancePlane { origin: dvec3(-0.8, 0.05, 0.9), edge_u: DVec3::X * 1.6, edge_v: DVec3::Z * -1.6 };
+    s
+}
+
+/// Lights without size, seen by the forward estimator; nothing smooth is in view but over it.
+fn lit_by(lights: Vec<Light>) -> Scene {
+    let mut s = room(4, 16);
+    s.reference = Estimator::Forward;
+    s.shapes.truncate(2);
+    s.lights = lights;
+    let m = glass(&mut s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0);
+    shape(&mut s, m, sphere(dvec3(0.0, 1.3, 0.2), 0.35));
+    s.sensor = pinhole(dvec3(0.0, 0.6, 2.2), dvec3(0.0, 0.0, 0.2), 0.25);
+    s
+}
+
+fn point() -> Scene {
+    lit_by(vec![Light::Point { position: dvec3(0.3, 2.2, 0.4), intensity: ramp(1.0, 2.0) }])
+}
+
+fn spot() -> Scene {
+    let (position, target) = (dvec3(0.3, 2.4, 0.4), dvec3(0.0, 1.2, 0.2));
+    let direction = (target - position).normalize();
+    lit_by(vec![Light::Spot { position, direction, intensity: ramp(1.0, 2.0), cos_inner: 0.95, cos_outer: 0.8 }])
+}
+
+fn beam() -> Scene {
+    let origin = dvec3(0.1, 3.0, 0.2);
+    lit_by(vec![Light::Beam { origin, direction: -DVec3::Y, radius: 0.5, irradiance: ramp(1.0, 2.0) }])
+}
+
+fn parallel_sun() -> Scene {
+    lit_by(vec![Light::Sun { direction: dvec3(0.1, -1.0, -0.1).normalize(), cos_angle: 1.0, irradiance: ramp(1.0, 2.0) }])
+}
+
+fn sky() -> Scene {
+    let mut s = ball(4, |s| glass(s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0));
+    s.shapes.remove(2);
+    s.lights = vec![Light::Constant { radiance: ramp(0.5, 0.2) }];
+    let direction = dvec3(-0.3, -1.0, -0.4).normalize();
+    s.lights.push(Light::Sun { direction, cos_angle: 0.8, irradiance: ramp(1.0, 2.0) });
+    let texels = (0..32).map(|i| [0.0, 0.5, -0.3, 0.1 * (i % 7) as f32]).collect();
+    let to_local = DMat3::from_rotation_y(0.7) * DMat3::from_rotation_x(0.3);
+    s.lights.push(Light::Image(Arc::new(EnvironmentMap { width: 8, height: 4, texels, illuminant: ramp(1.0, 0.5), to_local })));
+    s
+}
+
+/// Lamps of every shape, some that shine on both sides.
+fn lamps() -> Scene {
+    let mut s = hall(4);
+    s.shapes.remove(2);
+    s.lights.clear();
+    lamp(&mut s, sphere(dvec3(-1.0, 1.3, 0.3), 0.45), ramp(1.0, 2.0));
+    lamp(&mut s, Geometry::Cylinder { base: dvec3(0.4, 1.8, 0.2), axis: DVec3::X, length: 1.0, radius: 0.3 }, ramp(2.0, 1.0));
+    lamp(&mut s, disc(dvec3(0.0, 1.6, 0.0), dvec3(0.3, -0.9, 0.2).normalize(), 0.5), ramp(0.5, 1.0));
+    lamp(&mut s, cuboid(dvec3(0.6, 0.2, 0.0), dvec3(1.0, 0.6, 0.4)), ramp(1.0, 0.5));
+    let both = Some(Emission { radiance: ramp(1.0, 1.5), two_sided: true });
+    let geometry = disc(dvec3(-0.2, 0.7, -0.3), dvec3(0.9, 0.1, 0.4).normalize(), 0.5);
+    s.shapes.push(Shape { name: "both".into(), geometry, material: 0, emission: both.clone() });
+    // A tube is open: its inside is seen.
+    let geometry = Geometry::Cylinder { base: dvec3(-0.9, 0.1, 0.6), axis: DVec3::Y, length: 0.5, radius: 0.25 };
+    s.shapes.push(Shape { name: "tube".into(), geometry, material: 0, emission: both });
+    let m = material(&mut s, Material::Conductor { eta: ramp(0.3, 1.2), k: ramp(2.0, 4.0), alpha: 0.0 });
+    shape(&mut s, m, sphere(dvec3(0.2, 0.35, 0.7), 0.3));
+    s
+}
+
+fn seen_by(sensor: Sensor) -> Scene {
+    let mut s = ball(4, |s| glass(s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0));
+    s.sensor = sensor;
+    s
+}
+
+fn lens() -> Scene {
+    let mut s = seen_by(pinhole(dvec3(0.0, 1.0, 3.4), dvec3(0.0, 0.6, 0.0), 0.32));
+    if let Sensor::Perspective { lens_radius, focus_distance, .. } = &mut s.sensor {
+        (*lens_radius, *focus_distance) = (0.15, 2.5);
+    }
+    s.film.filter = Filter::Tent { radius: 1.0 };
+    s
+}
+
+fn orthographic_view() -> Scene {
+    let mut s = seen_by(orthographic(dvec3(0.5, 1.6, 3.0), dvec3(0.0, 0.5, 0.0), 1.6));
+    s.film.filter = Filter::Gaussian { sigma: 0.5 };
+    s
+}
+
+fn irradiance_plane() -> Scene {
+    seen_by(Sensor::IrradiancePlane { origin: dvec3(-0.8, 0.05, 0.9), edge_u: DVec3::X * 1.6, edge_v: dvec3(0.2, 0.0, -1.6) })
+}
+
+fn irradiance_sphere() -> Scene {
+    seen_by(Sensor::IrradianceSphere { center: dvec3(0.1, 1.0, 0.2), radius: 1.05 })
+}
+
+fn under_water() -> Scene {
+    let mut s = hall(4);
+    let water = glass(&mut s, Interior { sigma_a: ramp(0.1, 0.4), ior: flint(), ..solid("water", 1.33, 1) }, 0.0);
+    shape(&mut s, water, disc(dvec3(0.0, 1.2, 0.0), DVec3::Y, 2.0));
+    s.lights.clear();
+    s.sensor = pinhole(dvec3(0.0, 0.8, 1.2), dvec3(0.0, 0.0, 0.0), 0.4);
+    s
+}
+
+/// A coarse ball with the normals of a round one, in this material.
+fn smooth_normals(make: impl Fn(&mut Scene) -> usize) -> Scene {
+    let mut s = hall(4);
+    let m = make(&mut s);
+    shape(&mut s, m, smooth_ball(dvec3(0.0, 0.65, 0.2), 0.55));
+    s
+}
+
+fn bins(count: u32) -> Scene {
+    ball(count, |s| glass(s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0))
+}
+
+fn sellmeier_glass() -> Ior {
+    Ior::new(Formula::Cauchy { coef_um: vec![1.4, 0.005] })
+}
+
+/// Dispersive water in a dispersive room: matched indices on both sides of a face inside it.
+fn matched() -> Scene {
+    let mut s = hall(4);
+    for (x, priority) in [(-0.3, 1), (0.3, 2)] {
+        let m = glass(&mut s, Interior { ior: sellmeier_glass(), ..solid("water", 1.0, priority) }, 0.0);
+        shape(&mut s, m, sphere(dvec3(x, 0.65, 0.2), 0.45));
+    }
+    s
+}
+
+macro_rules! agree {
+    ($($name:ident, $spp:expr, $coarseness:expr, $scene:expr;)*) => {
+        $(#[test]
+        fn $name() {
+            gpu_agrees_with_reference(stringify!($name), &$scene, $spp, $coarseness);
+        })*
+
+        /// Every scene here, by name.
+        pub fn all() -> Vec<(&'static str, fn() -> Scene)> {
+            vec![$((stringify!($name), || $scene)),*]
+        }
+    };
+}
+
+// Name, samples per pixel in each batch, coarseness of the errors that count, scene.
+agree! {
+    smooth_glass, 160, 1.0, bins(4);
+    rough_glass_little, 160, 1.0, rough_glass(0.1);
+    rough_glass_much, 160, 1.0, rough_glass(0.3);
+    smooth_metal, 96, 1.0, metal(0.0);
+    rough_metal, 96, 1.0, metal(0.3);
+    metals_in_water, 160, 1.0, metal_in_water();
+    thin_panes, 96, 1.0, pane();
+    mixtures, 96, 1.0, mixture();
+    nested_glasses, 160, 1.0, nested();
+    matched_glasses, 160, 1.0, matched();
+    absorbing_glass, 96, 1.0, absorbing();
+    hazes, 160, 1.0, haze();
+    fog_all_around, 96, 1.0, fog_everywhere();
+    point_light, 96, 1.5, point();
+    spot_light, 96, 1.0, spot();
+    parallel_beam, 96, 3.0, beam();
+    sun_of_no_size, 96, 1.0, parallel_sun();
+    skies, 96, 1.0, sky();
+    lamps_of_all_shapes, 96, 1.0, lamps();
+    thin_lens_and_tent, 96, 1.0, lens();
+    orthographic_and_gaussian, 160, 1.0, orthographic_view();
+    irradiance_on_a_plane, 96, 1.0, irradiance_plane();
+    irradiance_on_a_sphere, 96, 1.0, irradiance_sphere();
+    camera_under_water, 96, 8.0, under_water();
+    smooth_normals_diffuse, 96, 1.0, smooth_normals(|_| 0);
+    smooth_normals_of_glass, 96, 1.0, smooth_normals(|s| glass(s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0));
+    smooth_normals_of_rough_metal, 96, 1.0, smooth_normals(|s| {
+        material(s, Material::Conductor { eta: flat(0.5), k: flat(3.0), alpha: 0.3 })
+    });
+    one_bin, 96, 1.0, bins(1);
+}
+
+#[test]
+fn thirty_three_bins_together_are_as_one() {
+    gpu_agrees_after_binning("one_bin", &bins(33), 160);
+}
+
+#[test]
+fn eighty_bins_taken_by_twenty_are_as_four() {
+    gpu_agrees_after_binning("smooth_glass", &bins(80), 160);
+}

@@ -1,0 +1,135 @@
+//! Answers known without a reference: in uniform light nothing that only bends it can be seen, and glass whose index hardly varies is
+//! as good as glass of one index.
+
+use crate::compare::{Batches, gpu};
+use crate::support::*;
+use abbe::scene::*;
+use abbe::spectrum::{Formula, Ior, Spectrum};
+use glam::{DVec3, dvec3};
+
+/// A view of what `fill` adds, in uniform light of radiance 1.
+fn furnace(fill: impl Fn(&mut Scene)) -> Scene {
+    let mut s = scene(16, 16, 4, orthographic(dvec3(0.0, 0.0, 5.0), DVec3::ZERO, 2.2));
+    s.max_depth = 2000;
+    s.lights.push(Light::Constant { radiance: flat(1.0) });
+    fill(&mut s);
+    s
+}
+
+/// Radiance 1 in every bin, over the image and in every block, to 1e-3 and the errors.
+fn cannot_be_seen(name: &str, scene: &Scene, spp: u32) {
+    let batches = gpu(scene, 3, spp);
+    let figures = batches.figures();
+    let everywhere = (0..16).flat_map(|block| (0..4).map(move |bin| (block, bin)));
+    let blocks = everywhere.map(|(block, bin)| (format!("block {block} bin {bin}"), batches.over(&[block], bin), 0.01));
+    let bins = figures.bins.iter().enumerate().map(|(i, &f)| (format!("bin {i}"), f, 0.002));
+    for (what, f, small) in bins.chain(blocks) {
+        let limit = threshold(68, f.dof) * f.error + 1e-3;
+        assert!((f.mean - 1.0).abs() < limit, "{name}: {what}: {} +- {}", f.mean, f.error);
+        assert!(f.error < small, "{name}: {what}: an error of {} is too large to tell anything", f.error);
+    }
+    println!("{name}: {:?}", figures.bins.iter().map(|f| f.mean - 1.0).collect::<Vec<_>>());
+}
+
+#[test]
+fn smooth_glass_in_uniform_light_cannot_be_seen() {
+    let ball = furnace(|s| {
+        let m = glass(s, solid("glass", 1.5, 1), 0.0);
+        shape(s, m, sphere(DVec3::ZERO, 1.0));
+    });
+    cannot_be_seen("ball", &ball, 16);
+    let cube = furnace(|s| {
+        let m = glass(s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0);
+        shape(s, m, cuboid(dvec3(-0.8, -0.7, -0.6), dvec3(0.7, 0.8, 0.9)));
+    });
+    cannot_be_seen("dispersive cube", &cube, 256);
+}
+
+#[test]
+fn nested_glass_in_uniform_light_cannot_be_seen() {
+    let nested = furnace(|s| {
+        let water = glass(s, solid("water", 1.33, 1), 0.0);
+        let glass_ = glass(s, solid("glass", 1.5, 2), 0.0);
+        let bubble = glass(s, solid("bubble", 1.0, 3), 0.0);
+        shape(s, water, sphere(DVec3::ZERO, 1.0));
+        shape(s, glass_, sphere(dvec3(0.3, 0.3, 0.0), 0.6));
+        shape(s, bubble, sphere(dvec3(0.1, 0.0, 0.2), 0.3));
+    });
+    cannot_be_seen("nested", &nested, 16);
+}
+
+#[test]
+fn rough_surfaces_in_uniform_light_cannot_be_seen() {
+    for alpha in [0.1, 0.4, 1.0] {
+        let ball = furnace(|s| {
+            let m = glass(s, solid("glass", 1.5, 1), alpha);
+            shape(s, m, sphere(DVec3::ZERO, 1.0));
+        });
+        cannot_be_seen(&format!("rough ball {alpha}"), &ball, 128);
+    }
+    let mirror = furnace(|s| {
+        let m = material(s, Material::Conductor { eta: flat(1e-6), k: flat(10.0), alpha: 0.5 });
+        shape(s, m, sphere(DVec3::ZERO, 1.0));
+    });
+    cannot_be_seen("rough mirror", &mirror, 128);
+}
+
+#[test]
+fn fog_that_only_scatters_in_uniform_light_cannot_be_seen() {
+    let fog = furnace(|s| {
+        s.interiors.push(Interior { sigma_s: ramp(0.3, 1.5), g: 0.4, ..solid("fog", 1.0, 0) });
+        let m = material(s, Material::Boundary { interior: Some(1) });
+        shape(s, m, sphere(DVec3::ZERO, 1.0));
+    });
+    cannot_be_seen("fog", &fog, 64);
+}
+
+/// Dispersion that tends to nothing leaves the picture that glass of one index gives, without a tint.
+#[test]
+fn glass_that_hardly_disperses_is_as_glass_that_does_not() {
+    let room_with = |coef_um: Vec<f64>| {
+        let mut s = room(4, 16);
+        let m = glass(&mut s, Interior { ior: Ior::new(Formula::Cauchy { coef_um }), ..solid("glass", 1.0, 1) }, 0.0);
+        shape(&mut s, m, sphere(dvec3(0.0, 0.65, 0.2), 0.55));
+        gpu(&s, 4, 192)
+    };
+    let (one, hardly) = (room_with(vec![1.6]), room_with(vec![1.6, 1e-9]));
+    let figure = |batches: &Batches, at: usize| match at {
+        0..4 => batches.figures().bins[at],
+        _ => batches.over(&[(at - 4) / 4], at % 4),
+    };
+    let mut counted = 0;
+    for at in 0..68 {
+        let (a, b) = (figure(&one, at), figure(&hardly, at));
+        let (z, error, dof) = a.against(b);
+        assert!(z.abs() < threshold(68, dof), "{at}: {a:?} is not {b:?}, z = {z}");
+        counted += u32::from(error < if at < 4 { 0.003 } else { 0.01 } * a.mean);
+    }
+    assert!(counted > 45, "only {counted} errors are small enough to tell anything");
+}
+
+/// A laser line of 0.1 nm across the edge of two bins gives each of them its share of what a lamp of radiance 1 gives.
+#[test]
+fn a_narrow_line_at_the_edge_of_a_bin_goes_to_both_bins() {
+    let room_under = |radiance: Spectrum, seed| {
+        let mut s = room(6, 16);
+        s.materials[0] = Material::Diffuse { reflectance: flat(0.6) };
+        let lamp_material = material(&mut s, Material::Diffuse { reflectance: flat(0.0) });
+        s.shapes[2].material = lamp_material;
+        s.shapes[2].emission = Some(Emission { radiance, two_sided: false });
+        let m = glass(&mut s, solid("glass", 1.5, 1), 0.0);
+        shape(&mut s, m, sphere(dvec3(0.0, 1.1, 0.2), 0.3));
+        gpu(&s, seed, 64)
+    };
+    let flat = room_under(flat(1.0), 5);
+    // From 549.97 to 550.07 nm; bins of 50 nm, two of which meet at 550.
+    let line = room_under(Spectrum::Band { center_nm: 550.02, width_nm: 0.1, height: 1000.0 }, 6);
+    for (bin, share) in [0.0, 0.0, 0.6, 1.4, 0.0, 0.0].into_iter().enumerate() {
+        let (line, mut expected) = (line.figures().bins[bin], flat.figures().bins[bin]);
+        expected.mean *= share;
+        expected.error *= share;
+        let (z, error, dof) = line.against(expected);
+        assert!(z.abs() < threshold(6, dof), "bin {bin}: {line:?} is not {expected:?}, z = {z}");
+        assert!(error <= 0.01 * expected.mean, "bin {bin}: {line:?} tells nothing");
+    }
+}
