@@ -175,6 +175,15 @@ fn bench_compares_with_a_reference() {
     let other = bench(&["--reference", "ball.exr", "--seed", "6"])["relative_mse"].as_f64().unwrap();
     assert!(same < 1e-12, "{same}");
     assert!(other > 1e-9 && other < 0.1, "{other}");
+    // A reference's own error is taken off; a folder holds references by the names of the scenes.
+    let references = folder.0.join("references/ball");
+    std::fs::create_dir_all(&references).unwrap();
+    std::fs::copy(folder.0.join("ball.exr"), references.join("reference.exr")).unwrap();
+    std::fs::copy(folder.0.join("ball.exr"), references.join("reference_error.exr")).unwrap();
+    let net = bench(&["--reference", "references", "--seed", "5"]);
+    assert!(net["relative_mse"].as_f64().unwrap() < -0.01, "{net}");
+    assert!(net["relative_mse_bins"].as_f64().unwrap() < -0.1, "{net}");
+    assert!(net["camera_rays_per_second"].is_null(), "the reference has no camera pass");
     fails(
         &folder,
         &["bench", "ball.json", "--device", "reference", "--channels", "5", "--reference", "ball.exr", "--json"],
