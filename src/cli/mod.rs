@@ -1,4 +1,4 @@
-//! The command line: `abbe render`, `devices`, `info`, `check` and `bench`.
+//! The command line: `abbe render`, `devices`, `info`, `check`, `bench` and `glass`.
 //!
 //! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 2 the request or its input is at
 //! fault (one line says what and what to do), 130 interrupted by Ctrl-C (what was rendered is written first).
@@ -6,6 +6,7 @@
 mod bench;
 mod bench_scenes;
 mod device;
+mod glass;
 mod info;
 mod interrupt;
 mod load;
@@ -37,6 +38,7 @@ const EXAMPLES: &str = "Examples:
   abbe check my_scene.json                          is the scene right?
   abbe info newton.exr                              what is in a file
   abbe devices                                      what Abbe can render on
+  abbe glass N-SF11                                 its refractive indices
 
 Every command has its own --help.";
 
@@ -52,6 +54,8 @@ enum Command {
     Check(info::CheckArgs),
     /// Render scenes and print speed and error, one row each
     Bench(bench::Args),
+    /// Look up the refractive indices of a glass, or list the glasses
+    Glass(glass::Args),
 }
 
 /// Runs the command line of this process and returns its exit code.
@@ -66,6 +70,7 @@ pub fn main() -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Check(args) => info::check(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::Glass(args) => glass::run(&args),
     });
     match done {
         Ok(Done::Completely) => ExitCode::SUCCESS,
@@ -100,7 +105,11 @@ fn usage(e: &clap::Error) -> ExitCode {
         }
         _ => {
             let text = e.render().to_string();
-            let said = text.lines().take_while(|line| !line.starts_with("Usage:")).map(str::trim).filter(|line| !line.is_empty());
+            let said = text
+                .lines()
+                .take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more"))
+                .map(str::trim)
+                .filter(|line| !line.is_empty());
             let said: Vec<&str> = said.collect();
             print::error(&format!("{}; try --help", said.join(" ").trim_start_matches("error: ")));
             ExitCode::from(FAILED)

@@ -1,5 +1,6 @@
 //! Parsers of option values. Each error says what would have been right.
 
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// `1920x1080`.
@@ -34,6 +35,20 @@ pub fn error(text: &str) -> Result<f64, String> {
     match value {
         Ok(v) if v > 0.0 && v < 1.0 => Ok(v),
         _ => Err("write a relative error between 0 and 100 %, as in 2% or 0.02".to_string()),
+    }
+}
+
+/// A path of an SVG file.
+pub fn svg(text: &str) -> Result<PathBuf, String> {
+    with_ending(text, "svg")
+}
+
+fn with_ending(text: &str, ending: &str) -> Result<PathBuf, String> {
+    let path = Path::new(text);
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending)) {
+        Ok(path.to_path_buf())
+    } else {
+        Err(format!("name a file that ends in .{ending}"))
     }
 }
 

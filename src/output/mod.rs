@@ -1,7 +1,8 @@
-//! What leaves the program: spectral EXR, PNG, and the files' safe replacement.
+//! What leaves the program: spectral EXR, PNG, plots, and the files' safe replacement.
 
 pub mod exr;
 mod exr_read;
+pub mod plot;
 pub mod png;
 
 pub use exr::{Provenance, write_exr};
@@ -102,6 +103,11 @@ pub fn replace_file<E: std::fmt::Display>(
     drop(buffered);
     written.and(flushed).map_err(|e| Error::file(path, format!("cannot be written: {e}"), REMEDY))?;
     temporary.finish().map_err(|e| Error::file(path, format!("cannot be put in place: {e}"), REMEDY))
+}
+
+/// Writes a text file through [`replace_file`].
+pub fn write_text(path: &Path, text: &str) -> Result<()> {
+    replace_file(path, |file| file.write_all(text.as_bytes()))
 }
 
 /// Finds out whether [`replace_file`] would succeed, without touching what is there.

@@ -21,6 +21,7 @@ mod spectra;
 mod transform;
 mod units;
 
+pub(crate) use json::{quoted, suggest};
 pub use load::{LoadOptions, load, load_str};
 
 use crate::spectrum::{Ior, Spectrum};

@@ -1,9 +1,11 @@
 //! Index of refraction as a function of wavelength: dispersion formulas, their ranges, and what can go wrong with them.
 
-/// Fraunhofer d (He), F and C (H) lines, nm in air: the wavelengths of [`Ior::nd`] and [`Ior::vd`].
-const LINE_D_NM: f64 = 587.5618;
-const LINE_F_NM: f64 = 486.1327;
-const LINE_C_NM: f64 = 656.2725;
+/// Fraunhofer's d line (He), nm in air.
+pub const LINE_D_NM: f64 = 587.5618;
+/// Fraunhofer's F line (H), nm in air.
+pub const LINE_F_NM: f64 = 486.1327;
+/// Fraunhofer's C line (H), nm in air.
+pub const LINE_C_NM: f64 = 656.2725;
 
 /// A dispersion formula. Wavelengths `l` are um in air; coefficients as printed by catalogues and refractiveindex.info ("Dispersion formulas",
 /// numbered there as given).

@@ -67,6 +67,12 @@ pub fn glass(name: &str) -> Option<Ior> {
     SHELVES[1].get(name).and_then(Entry::ior)
 }
 
+/// What the head of a glass's file says: pairs of a word (`title`, `source`, `licence`, `units`, `comment`, ...) and a text, in the file's
+/// order; a word may come twice.
+pub fn glass_head(name: &str) -> Option<&'static [(String, String)]> {
+    SHELVES[1].get(name).map(|entry| entry.head.as_slice())
+}
+
 /// Absorption coefficient 4 pi k / lambda of a material that [`glass`] knows, m^-1; `None` too where its file has no k. Schott's and most other
 /// tables are of samples centimetres thick and coarse; end values are held outside.
 pub fn glass_absorption(name: &str) -> Option<Spectrum> {
@@ -142,7 +148,7 @@ impl Shelf {
         })
     }
 
-    fn get(&self, name: &str) -> Option<&Entry> {
+    fn get(&'static self, name: &str) -> Option<&'static Entry> {
         let (entries, by_name) = self.content();
         by_name.get(&fold(name)).map(|&i| &entries[i])
     }
@@ -174,17 +180,25 @@ fn read_folder(dir: &Dir, entries: &mut Vec<Entry>) {
 /// One block of a data file.
 struct Entry {
     names: Vec<String>,
+    /// The `#` lines before the first entry of the file: a word and the rest.
+    head: Vec<(String, String)>,
     /// Lines that begin with a word: the word and the rest.
     lines: Vec<(String, String)>,
     rows: Vec<Vec<f64>>,
 }
 
 fn parse_entries(text: &str) -> Result<Vec<Entry>, String> {
+    let comments = text.lines().map_while(|line| line.trim().strip_prefix('#')).map(str::trim);
+    let pair = |line: &str| {
+        let (word, rest) = line.split_once(": ").unwrap_or(("title", line));
+        (word.to_string(), rest.to_string())
+    };
+    let head: Vec<(String, String)> = comments.filter(|line| !line.is_empty()).map(pair).collect();
     let mut entries: Vec<Entry> = Vec::new();
     for line in text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#')) {
         let (word, rest) = line.split_once(' ').unwrap_or((line, ""));
         if word == "name" {
-            entries.push(Entry { names: vec![rest.to_string()], lines: Vec::new(), rows: Vec::new() });
+            entries.push(Entry { names: vec![rest.to_string()], head: head.clone(), lines: Vec::new(), rows: Vec::new() });
             continue;
         }
         let entry = entries.last_mut().ok_or("a file begins with a name")?;

@@ -4,7 +4,7 @@ mod ior;
 pub mod library;
 pub mod upsample;
 
-pub use ior::{Formula, Ior};
+pub use ior::{Formula, Ior, LINE_C_NM, LINE_D_NM, LINE_F_NM};
 
 /// A function of wavelength.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,0 +1,67 @@
+//! Running the command in a folder of its own.
+
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+
+/// A lit sphere.
+pub const SCENE: &str = r#"{
+  "name": "ball",
+  "film": {"width": 8, "height": 6, "bins": 4},
+  "camera": {"perspective": {"eye": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], "vfov_deg": 40}},
+  "materials": {"white": {"diffuse": {"reflectance": 0.75}}},
+  "shapes": [{"sphere": {"center": [0, 0, 0], "radius": 1}, "material": "white"}],
+  "lights": [{"constant": {"radiance": 1}}]
+}"#;
+
+/// A folder of its own for a test, with the scene in it, removed at the end.
+pub struct Folder(pub PathBuf);
+
+impl Folder {
+    pub fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("abbe-cli-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        std::fs::write(path.join("ball.json"), SCENE).unwrap();
+        Folder(path)
+    }
+
+    pub fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_abbe"));
+        command.args(arguments).current_dir(&self.0).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+    }
+
+    pub fn run(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().unwrap()
+    }
+
+    pub fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> =
+            std::fs::read_dir(&self.0).unwrap().map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// The arguments fail with exit code 2 and one line on standard error that contains all of `says`.
+pub fn fails(folder: &Folder, arguments: &[&str], says: &[&str]) {
+    let before = folder.names();
+    let output = folder.run(arguments);
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+    assert_eq!(stderr.lines().count(), 1, "{arguments:?}: {stderr}");
+    assert!(output.stdout.is_empty(), "{arguments:?}");
+    for part in says {
+        assert!(stderr.contains(part), "{arguments:?}: no '{part}' in {stderr}");
+    }
+    assert_eq!(folder.names(), before, "{arguments:?} left something behind");
+}
