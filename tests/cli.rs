@@ -3,6 +3,8 @@
 
 #[path = "cli/glass.rs"]
 mod glass;
+#[path = "cli/probe.rs"]
+mod probe;
 #[path = "cli/support.rs"]
 mod support;
 
@@ -143,6 +145,7 @@ fn help_has_examples_everywhere() {
         &["check", "--help"],
         &["bench", "--help"],
         &["glass", "--help"],
+        &["probe", "--help"],
     ] {
         let output = folder.run(arguments);
         let stdout = text(&output.stdout);

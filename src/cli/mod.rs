@@ -1,4 +1,4 @@
-//! The command line: `abbe render`, `devices`, `info`, `check`, `bench` and `glass`.
+//! The command line: `abbe render`, `devices`, `info`, `check`, `bench`, `probe` and `glass`.
 //!
 //! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 2 the request or its input is at
 //! fault (one line says what and what to do), 130 interrupted by Ctrl-C (what was rendered is written first).
@@ -11,6 +11,7 @@ mod info;
 mod interrupt;
 mod load;
 mod print;
+mod probe;
 mod progress;
 mod render;
 mod values;
@@ -37,6 +38,7 @@ const EXAMPLES: &str = "Examples:
   abbe render scenes/prism.json --time 30s -o p.exr  as good as half a minute allows
   abbe check my_scene.json                          is the scene right?
   abbe info newton.exr                              what is in a file
+  abbe probe newton.exr 320,200                     the spectrum of a pixel
   abbe devices                                      what Abbe can render on
   abbe glass N-SF11                                 its refractive indices
 
@@ -54,6 +56,8 @@ enum Command {
     Check(info::CheckArgs),
     /// Render scenes and print speed and error, one row each
     Bench(bench::Args),
+    /// Print the spectrum under a pixel or a region of a spectral EXR
+    Probe(probe::Args),
     /// Look up the refractive indices of a glass, or list the glasses
     Glass(glass::Args),
 }
@@ -70,6 +74,7 @@ pub fn main() -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Check(args) => info::check(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::Probe(args) => probe::run(&args),
         Command::Glass(args) => glass::run(&args),
     });
     match done {

@@ -38,6 +38,32 @@ pub fn error(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A rectangle of pixels; x to the right and y downwards from the upper left corner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Region {
+    pub x: u64,
+    pub y: u64,
+    pub width: u64,
+    pub height: u64,
+}
+
+impl std::fmt::Display for Region {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "{},{}", self.x, self.y)?;
+        if (self.width, self.height) == (1, 1) { Ok(()) } else { write!(f, ",{},{}", self.width, self.height) }
+    }
+}
+
+/// `12,34`, or `12,34,5,6`.
+pub fn region(text: &str) -> Result<Region, String> {
+    let numbers: Option<Vec<u64>> = text.split(',').map(|t| t.trim().parse::<u32>().ok().map(u64::from)).collect();
+    match numbers.as_deref() {
+        Some(&[x, y]) => Ok(Region { x, y, width: 1, height: 1 }),
+        Some(&[x, y, width, height]) if width > 0 && height > 0 => Ok(Region { x, y, width, height }),
+        _ => Err("write a pixel as x,y or a region as x,y,width,height".to_string()),
+    }
+}
+
 /// A path of an SVG file.
 pub fn svg(text: &str) -> Result<PathBuf, String> {
     with_ending(text, "svg")
@@ -62,6 +88,8 @@ mod tests {
         assert_eq!(time("30s"), Ok(Duration::from_secs(30)));
         assert_eq!(time("1.5m"), Ok(Duration::from_secs(90)));
         assert_eq!(time("2"), Ok(Duration::from_secs(2)));
+        assert_eq!(region("3,4"), Ok(Region { x: 3, y: 4, width: 1, height: 1 }));
+        assert_eq!(region("3, 4, 5,6").map(|r| r.to_string()), Ok("3,4,5,6".to_string()));
         assert_eq!(error("2%"), Ok(0.02));
         assert_eq!(error("0.5"), Ok(0.5));
     }
@@ -73,6 +101,9 @@ mod tests {
         }
         for text in ["", "s", "0s", "-1s", "nan", "inf", "1e400h", "1d", "1e300h", "\u{e9}"] {
             assert!(time(text).is_err(), "{text}");
+        }
+        for text in ["", "3", "3,4,5", "3,4,0,1", "3,4,1,0", "-1,0", "1.5,2", "3,4,5,6,7", "99999999999,0"] {
+            assert!(region(text).is_err(), "{text}");
         }
         for text in ["", "%", "0", "-1%", "100%", "nan", "inf", "2%%"] {
             assert!(error(text).is_err(), "{text}");

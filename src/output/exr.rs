@@ -88,6 +88,11 @@ pub fn channel_name(centre_nm: f64) -> String {
     format!("S0.{}nm", format!("{centre_nm:.6}").replace('.', ","))
 }
 
+/// Name of the channel with a bin's standard error: `error.390,000000nm`.
+pub(super) fn error_channel_name(centre_nm: f64) -> String {
+    channel_name(centre_nm).replacen("S0", "error", 1)
+}
+
 fn text(s: &str) -> Text {
     // EXR text is bytes of Latin-1; anything else is replaced rather than refused, for a scene may have any name.
     Text::new_or_none(s).unwrap_or_else(|| {
@@ -141,12 +146,11 @@ fn channels(film: &Film, errors: ErrorChannels) -> Vec<(String, Source)> {
         ("XYZ.Y".to_string(), Source::Mean(bins + 1)),
         ("XYZ.Z".to_string(), Source::Mean(bins + 2)),
     ];
-    let name = |b: usize| channel_name(settings.bins.centre_nm(b as u32));
-    let error_name = |b: usize| name(b).replacen("S0", "error", 1);
-    list.extend((0..bins).map(|b| (name(b), Source::Mean(b))));
+    let centre = |b: usize| settings.bins.centre_nm(b as u32);
+    list.extend((0..bins).map(|b| (channel_name(centre(b)), Source::Mean(b))));
     if errors == ErrorChannels::All {
         list.push(("error.Y".to_string(), Source::Error(bins + 1)));
-        list.extend((0..bins).map(|b| (error_name(b), Source::Error(b))));
+        list.extend((0..bins).map(|b| (error_channel_name(centre(b)), Source::Error(b))));
     }
     // The format wants them sorted by their bytes.
     list.sort_by(|a, b| a.0.cmp(&b.0));

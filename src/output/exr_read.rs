@@ -1,6 +1,8 @@
 //! Reading spectral EXRs of the layout in [`super::exr`]: ours and other programs', with any list of wavelengths, half or float.
 
+use super::exr::error_channel_name;
 use crate::error::{Error, Result};
+use crate::scene::Bins;
 use exr::image::{AnyChannel, FlatSamples};
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::{Compression, ReadChannels, ReadLayers, read};
@@ -98,6 +100,29 @@ impl SpectralImage {
     /// A channel that is not spectral.
     pub fn other(&self, name: &str) -> Option<&[f32]> {
         self.others.iter().find(|(n, _)| n == name).map(|(_, values)| values.as_slice())
+    }
+
+    /// Standard errors `[pixel][wavelength]`, where the file has finite ones for all.
+    pub fn errors(&self) -> Option<Vec<f32>> {
+        let channel = |nm: &f64| self.other(&error_channel_name(*nm));
+        let channels: Vec<&[f32]> = self.wavelengths_nm.iter().map(channel).collect::<Option<_>>()?;
+        let errors: Vec<f32> = (0..self.width * self.height).flat_map(|p| channels.iter().map(move |c| c[p])).collect();
+        errors.iter().all(|e| e.is_finite()).then_some(errors)
+    }
+
+    /// Where the wavelengths' bins meet, nm: halfway between neighbours; one more than wavelengths. A single one is taken to be 1 nm wide.
+    pub fn edges_nm(&self) -> Vec<f64> {
+        let nm = &self.wavelengths_nm;
+        let inner: Vec<f64> = nm.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
+        let (first, last) = (nm[0], nm[nm.len() - 1]);
+        let ends = (inner.first().map_or(first - 0.5, |e| 2.0 * first - e), inner.last().map_or(last + 0.5, |e| 2.0 * last - e));
+        [ends.0].into_iter().chain(inner).chain([ends.1]).collect()
+    }
+
+    /// As many equal bins between the outermost edges.
+    pub fn equal_bins(&self) -> Bins {
+        let edges = self.edges_nm();
+        Bins { min_nm: edges[0], max_nm: edges[edges.len() - 1], count: self.bins() as u32 }
     }
 
     /// An attribute of the header.

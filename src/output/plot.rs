@@ -6,6 +6,9 @@ use std::fmt::Write;
 const SIZE: (f64, f64) = (800.0, 480.0);
 const LEFT: f64 = 86.0;
 const RIGHT: f64 = 24.0;
+/// Widths of a legend's line and, about, of a letter.
+const LEGEND_LINE: f64 = 22.0;
+const LETTER: f64 = 7.6;
 const TOP: f64 = 44.0;
 const BOTTOM: f64 = 58.0;
 /// Ticks aimed at, along x and y.
@@ -56,7 +59,7 @@ impl Plot {
         let points = || self.curves.iter().flat_map(|c| c.points.iter().copied());
         let bars = || self.curves.iter().flat_map(|c| &c.errors).flat_map(|&(x, y, e)| [(x, y - e), (x, y + e)]);
         let all = || points().chain(bars());
-        let x = Scale::new(&self.x, all().map(|p| p.0), 0.0, (LEFT, SIZE.0 - RIGHT), TICKS.0);
+        let x = Scale::new(&self.x, all().map(|p| p.0), 0.0, (LEFT, SIZE.0 - RIGHT - self.legend_width()), TICKS.0);
         let y = Scale::new(&self.y, all().map(|p| p.1), 0.05, (SIZE.1 - BOTTOM, TOP), TICKS.1);
 
         let mut svg = String::new();
@@ -72,7 +75,7 @@ impl Plot {
             r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="13">
 <rect width="{width}" height="{height}" fill="white"/>
 <clipPath id="area"><rect x="{LEFT}" y="{TOP}" width="{}" height="{}"/></clipPath>"#,
-            width - LEFT - RIGHT,
+            x.to.1 - x.to.0,
             height - TOP - BOTTOM
         )?;
         self.draw_fill(svg, x, y)?;
@@ -117,7 +120,7 @@ impl Plot {
                 let points = join(&line);
                 writeln!(
                     svg,
-                    r#"<polygon fill="url(#fill)" clip-path="url(#area)" points="{from:.1},{base:.1} {points} {to:.1},{base:.1}"/>"#
+                    r#"<polygon fill="url(#fill)" fill-opacity="0.75" clip-path="url(#area)" points="{from:.1},{base:.1} {points} {to:.1},{base:.1}"/>"#
                 )?;
             }
         }
@@ -125,7 +128,7 @@ impl Plot {
     }
 
     fn draw_axes(&self, svg: &mut String, x: &Scale, y: &Scale) -> std::fmt::Result {
-        let (right, bottom) = (SIZE.0 - RIGHT, SIZE.1 - BOTTOM);
+        let (right, bottom) = (x.to.1, SIZE.1 - BOTTOM);
         writeln!(svg, r##"<g stroke="#888888" stroke-opacity="0.35">"##)?;
         x.ticks.iter().filter_map(|t| x.place(t.0)).try_for_each(|at| writeln!(svg, r#"<path d="M{at:.1} {TOP}V{bottom}"/>"#))?;
         y.ticks.iter().filter_map(|t| y.place(t.0)).try_for_each(|at| writeln!(svg, r#"<path d="M{LEFT} {at:.1}H{right}"/>"#))?;
@@ -148,18 +151,19 @@ impl Plot {
         writeln!(svg, r#"<text x="{mid_x}" y="26" text-anchor="middle" font-size="16">{}</text>"#, escape(&self.title))
     }
 
-    fn draw_legend(&self, svg: &mut String) -> std::fmt::Result {
-        if self.curves.len() < 2 {
-            return Ok(());
-        }
+    /// Room for the names of more than one curve, at the right.
+    fn legend_width(&self) -> f64 {
         let longest = self.curves.iter().map(|c| c.name.chars().count()).max().unwrap_or(0) as f64;
-        let (left, lines) = (SIZE.0 - RIGHT - 44.0 - 7.6 * longest, self.curves.len() as f64);
-        let (top, width, height) = (TOP + 6.0, 38.0 + 7.6 * longest, 18.0 * lines + 6.0);
-        writeln!(svg, r#"<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="white" fill-opacity="0.85"/>"#)?;
-        for (i, (curve, color)) in self.curves.iter().zip(COLORS.iter().cycle()).enumerate() {
-            let y = top + 12.0 + 18.0 * i as f64;
-            writeln!(svg, r#"<path d="M{} {y}h22" stroke="{color}" stroke-width="2"/>"#, left + 4.0)?;
-            writeln!(svg, r#"<text x="{}" y="{}">{}</text>"#, left + 32.0, y + 4.5, escape(&curve.name))?;
+        if self.curves.len() < 2 { 0.0 } else { LEGEND_LINE + 16.0 + LETTER * longest }
+    }
+
+    fn draw_legend(&self, svg: &mut String) -> std::fmt::Result {
+        let left = SIZE.0 - self.legend_width() - 8.0;
+        let named = self.curves.iter().zip(COLORS.iter().cycle()).enumerate().filter(|_| self.curves.len() > 1);
+        for (i, (curve, color)) in named {
+            let y = TOP + 8.0 + 20.0 * i as f64;
+            writeln!(svg, r#"<path d="M{left:.1} {y}h{LEGEND_LINE}" stroke="{color}" stroke-width="2"/>"#)?;
+            writeln!(svg, r#"<text x="{:.1}" y="{}">{}</text>"#, left + LEGEND_LINE + 6.0, y + 4.5, escape(&curve.name))?;
         }
         Ok(())
     }

@@ -1,6 +1,10 @@
 //! Running the command in a folder of its own.
 
-use std::path::PathBuf;
+use abbe::film::Film;
+use abbe::output::exr::ErrorChannels;
+use abbe::output::{Provenance, write_exr};
+use abbe::scene::{Bins, FilmSettings, Filter, WavelengthSampling};
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 /// A lit sphere.
@@ -64,4 +68,19 @@ pub fn fails(folder: &Folder, arguments: &[&str], says: &[&str]) {
         assert!(stderr.contains(part), "{arguments:?}: no '{part}' in {stderr}");
     }
     assert_eq!(folder.names(), before, "{arguments:?} left something behind");
+}
+
+/// Writes a spectral EXR of `width` x `height` pixels and `bins` over 380 to 780 nm with errors, from the values `batch(pixel, channel)` of
+/// some batches, where channels are the bins and then X, Y, Z.
+pub fn write_film(path: &Path, (width, height, bins): (u32, u32, u32), batches: &[&dyn Fn(usize, usize) -> f64]) {
+    let bins = Bins { min_nm: 380.0, max_nm: 780.0, count: bins };
+    let settings =
+        FilmSettings { width, height, bins, filter: Filter::Box, sampling: WavelengthSampling::Continuous, exposure: None };
+    let mut film = Film::new(&settings);
+    let (pixels, channels) = (film.pixels(), film.channels());
+    for batch in batches {
+        let sums: Vec<f64> = (0..pixels * channels).map(|i| batch(i / channels, i % channels)).collect();
+        film.add_batch_f64(&sums, 1);
+    }
+    write_exr(path, &film, &Provenance::default(), ErrorChannels::All).unwrap();
 }
