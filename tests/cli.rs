@@ -140,6 +140,7 @@ fn help_has_examples_everywhere() {
     for arguments in [
         &["--help"][..],
         &["render", "--help"],
+        &["develop", "--help"],
         &["devices", "--help"],
         &["info", "--help"],
         &["check", "--help"],

@@ -1,9 +1,9 @@
-//! Colour: CIE sums, conversions, differences, bin weights, upsampling and the picture, against independent values.
+//! Colour: CIE sums, conversions, differences, bin weights and upsampling, against independent values.
 //!
 //! data/colour.json holds direct sums at 1 nm over 380 to 780 nm inclusive, of tables linearly interpolated: where the tolerance is tight,
 //! the same sum is formed here; Abbe's own integral (exact, 360 to 830 nm) is held to the difference between standard methods.
 
-use abbe::color::{bins, cie, convert, lab, picture};
+use abbe::color::{bins, cie, convert, lab};
 use abbe::scene::Bins;
 use abbe::spectrum::library::{self, Observer};
 use abbe::spectrum::{Spectrum, upsample};
@@ -243,6 +243,49 @@ fn bin_weights_keep_the_flat_spectrum_and_reproduce_lines_in_wavelength() {
     }
 }
 
+#[test]
+fn bins_of_different_widths_give_colours_too() {
+    let edges = [360.0, 400.0, 425.0, 433.3, 480.0, 481.0, 530.0, 570.0, 600.5, 640.0, 700.0, 830.0];
+    let mean = |s: &Spectrum| -> Vec<f64> { edges.windows(2).map(|w| s.mean(w[0], w[1])).collect() };
+    let sum = |weights: &[[f64; 3]], means: &[f64]| -> [f64; 3] {
+        std::array::from_fn(|i| weights.iter().zip(means).map(|(w, m)| w[i] * m).sum())
+    };
+    let ramp = Spectrum::Table { nm: vec![360.0, 830.0], values: vec![0.2, 3.0], extend: true };
+    let dome = Spectrum::Sigmoid { c: [-8.0, 7.0, -1.0], scale: 1.0 };
+    for (observer, _) in OBSERVERS {
+        let weights = bins::emission_weights(&edges, observer);
+        for (s, tolerance) in [(&ramp, 1e-3), (&dome, 3e-3)] {
+            let exact = cie::xyz_of(s, observer);
+            assert_near(&sum(&weights, &mean(s)), &exact, tolerance * exact[1], "emission");
+        }
+        // Equal bins are those of a film.
+        let film = Bins { min_nm: 380.0, max_nm: 780.0, count: 20 };
+        let edges: Vec<f64> = (0..=20).map(|i| film.edge_nm(i)).collect();
+        assert_eq!(bins::bin_weights(&film, observer), bins::emission_weights(&edges, observer));
+    }
+}
+
+#[test]
+fn reflectances_are_lit_by_every_line_of_a_lamp() {
+    // Bins of 10 nm from 400 to 700, as spectrophotometers give them, under lamps with lines: the reflectance is smooth, the light need not be.
+    let edges: Vec<f64> = (0..=31).map(|i| 395.0 + 10.0 * f64::from(i)).collect();
+    for lamp in ["D65", "A", "FL11", "LED-RGB1"] {
+        let light = library::illuminant(lamp).expect("a lamp");
+        let weights = bins::reflection_weights(&edges, Observer::Cie1931, &light);
+        let white = cie::xyz_of(&light, Observer::Cie1931);
+        let total: [f64; 3] = std::array::from_fn(|i| weights.iter().map(|w| w[i]).sum());
+        assert_near(&total, &white, 1e-6 * white[1], "a perfect reflector");
+        for name in library::reflectance_names() {
+            let patch = library::reflectance(name).expect("a patch");
+            let means: Vec<f64> = edges.windows(2).map(|w| patch.mean(w[0], w[1])).collect();
+            let xyz = std::array::from_fn(|i| weights.iter().zip(&means).map(|(w, m)| w[i] * m).sum());
+            let exact = cie::xyz_of(&Spectrum::Product(Box::new((light.clone(), patch))), Observer::Cie1931);
+            let d = lab::delta_e_2000(lab::lab_of_xyz(xyz, white), lab::lab_of_xyz(exact, white));
+            assert!(d < 0.15, "{name} under {lamp}: {d}");
+        }
+    }
+}
+
 fn reflected(s: &Spectrum) -> [f64; 3] {
     let light = library::illuminant("D65").expect("D65");
     let white = cie::xyz_of(&light, Observer::Cie1931);
@@ -296,60 +339,4 @@ fn rgb_light_has_its_colour_and_the_luminance_of_a_constant_radiance() {
         let (c, scale) = upsample::emission_texel(bad);
         assert!(scale == 0.0 && c.iter().all(|v| v.is_finite()), "{bad:?}");
     }
-}
-
-fn xyz_pixel(rgb: [f64; 3]) -> [f32; 3] {
-    let unit = cie::xyz_of_unit(Observer::Cie1931)[1];
-    convert::xyz_of_linear_srgb(rgb).map(|v| (v * unit) as f32)
-}
-
-#[test]
-fn the_picture_is_plain_srgb_where_the_screen_can_show_it() {
-    for rgb in [[0.0, 0.0, 0.0], [0.2, 0.5, 0.1], [0.9, 0.0, 0.0], [0.01, 0.02, 0.9]] {
-        let expected = rgb.map(|v| (255.0 * convert::srgb_encode(v)).round() as u8);
-        assert_eq!(picture::develop(&[xyz_pixel(rgb)], Some(0.0)), expected);
-        assert_eq!(picture::develop(&[xyz_pixel(rgb.map(|v| v / 8.0))], Some(3.0)), expected, "three stops");
-    }
-}
-
-#[test]
-fn colours_the_screen_cannot_show_keep_luminance_or_hue() {
-    // A spectral green: its negative red goes, its luminance stays.
-    let green = [-0.3, 0.4, 0.05];
-    let shown = picture::develop(&[xyz_pixel(green)], Some(0.0));
-    let linear: Vec<f64> = shown.iter().map(|&v| convert::srgb_decode(f64::from(v) / 255.0)).collect();
-    let y = convert::xyz_of_linear_srgb(green)[1];
-    assert!((convert::xyz_of_linear_srgb([linear[0], linear[1], linear[2]])[1] - y).abs() < 5e-3);
-    assert!(shown[0] == 0 && shown[1] > shown[2]);
-    // Highlights never invert, and a bright red stays red.
-    let ramp: Vec<[f32; 3]> = (0..400).map(|i| xyz_pixel([f64::from(i) / 40.0; 3])).collect();
-    let levels: Vec<u8> = picture::develop(&ramp, Some(0.0)).chunks(3).map(|p| p[1]).collect();
-    assert!(levels.is_sorted() && levels[399] == 255);
-    let white = picture::develop(&[xyz_pixel([1.0; 3])], Some(0.0))[0];
-    assert_eq!(white, (255.0 * convert::srgb_encode(1.0 - 0.1 * (-1.0f64).exp())).round() as u8);
-    let red = picture::develop(&[xyz_pixel([50.0, 1.0, 1.0])], Some(0.0));
-    assert!(red[0] > 250 && red[1] < 60 && red[1] == red[2], "{red:?}");
-    let bad = [[f32::NAN, 1.0, 1.0], [1e4, f32::INFINITY, 1.0], [0.0, -1.0, 0.0], [f32::MAX; 3]];
-    assert_eq!(picture::develop(&bad, Some(0.0))[..9], [0; 9]);
-}
-
-#[test]
-fn the_automatic_exposure_shows_the_scene() {
-    let show = |pixels: &[f64]| -> Vec<u8> {
-        let xyz: Vec<[f32; 3]> = pixels.iter().map(|&v| xyz_pixel([v; 3])).collect();
-        picture::develop(&xyz, None).chunks(3).map(|p| p[0]).collect()
-    };
-    let level = |v: f64| (255.0 * convert::srgb_encode(v)).round() as u8;
-    // Any scale of light gives the same picture.
-    for scale in [1e-6, 1.0, 1e6] {
-        let ramp: Vec<f64> = (1..=1000).map(|i| scale * f64::from(i) / 1000.0).collect();
-        assert_eq!(show(&ramp)[989], level(0.9), "the 99th percentile");
-    }
-    // A strip of light in the dark is exposed for; a small lamp over a lit room is not.
-    let strip: Vec<f64> = (0..1000).map(|i| if i < 5 { 5.0 } else { 0.0 }).collect();
-    assert_eq!(show(&strip)[3], level(0.9));
-    let room: Vec<f64> = (0..1000).map(|i| if i < 20 { 50.0 } else { 0.5 }).collect();
-    assert_eq!(show(&room)[900], level(0.15));
-    assert_eq!(show(&[0.0; 8]), [0; 8]);
-    assert!(show(&[]).is_empty());
 }

@@ -1,10 +1,11 @@
-//! The command line: `abbe render`, `devices`, `info`, `check`, `bench`, `probe` and `glass`.
+//! The command line: `abbe render`, `develop`, `devices`, `info`, `check`, `bench`, `probe` and `glass`.
 //!
 //! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 2 the request or its input is at
 //! fault (one line says what and what to do), 130 interrupted by Ctrl-C (what was rendered is written first).
 
 mod bench;
 mod bench_scenes;
+mod develop;
 mod device;
 mod glass;
 mod info;
@@ -36,6 +37,7 @@ struct Cli {
 const EXAMPLES: &str = "Examples:
   abbe render scenes/newton.json                    newton.exr (spectra) and newton.png (picture), 64 samples per pixel
   abbe render scenes/prism.json --time 30s -o p.exr  as good as half a minute allows
+  abbe develop newton.exr -o n.png --tone agx        another picture of what was rendered
   abbe check my_scene.json                          is the scene right?
   abbe info newton.exr                              what is in a file
   abbe probe newton.exr 320,200                     the spectrum of a pixel
@@ -48,6 +50,8 @@ Every command has its own --help.";
 enum Command {
     /// Render a scene to a spectral EXR and a picture
     Render(render::Args),
+    /// Make a picture of a spectral EXR
+    Develop(develop::Args),
     /// List the devices that Abbe can render on
     Devices(device::Args),
     /// Say what a scene, glTF or spectral EXR file contains
@@ -70,6 +74,7 @@ pub fn main() -> ExitCode {
     };
     let done = interrupt::install().and_then(|()| match cli.command {
         Command::Render(args) => render::run(&args),
+        Command::Develop(args) => develop::run(&args),
         Command::Devices(args) => device::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Check(args) => info::check(&args),

@@ -2,13 +2,13 @@
 
 use super::print::out;
 use super::{Done, Outcome, values};
-use crate::color::bins::bin_weights;
+use crate::color::bins::emission_weights;
 use crate::color::chromaticity::{correlated_color_temperature, dominant_wavelength};
 use crate::color::cie::xy;
 use crate::color::convert::{linear_srgb_of_xyz, srgb_encode};
 use crate::error::{Error, Result};
 use crate::output::plot::{Axis, Curve, Plot};
-use crate::output::{SpectralImage, check_writable, write_text};
+use crate::output::{self, SpectralImage, check_writable, write_text};
 use crate::spectrum::library::{self, Observer};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -67,7 +67,10 @@ struct Quantity {
 
 impl Quantity {
     fn of(image: &SpectralImage) -> Self {
-        if image.attribute("abbe.quantity").is_some_and(|q| q.starts_with("irradiance")) {
+        if image.quantity == output::Quantity::Reflective {
+            let photometric_unit = "cd m^-2, lit by the equal-energy spectrum of 1 W m^-2 sr^-1 nm^-1";
+            Quantity { name: "reflectance", unit: "1", photometric_unit }
+        } else if image.attribute("abbe.quantity").is_some_and(|q| q.starts_with("irradiance")) {
             Quantity { name: "irradiance", unit: "W m^-2 nm^-1", photometric_unit: "lx" }
         } else {
             Quantity { name: "radiance", unit: "W m^-2 sr^-1 nm^-1", photometric_unit: "cd m^-2" }
@@ -108,7 +111,7 @@ impl Probe {
         let xyz = match channels {
             [Some(_), Some(_), Some(_)] => channels.map(|c| mean(&|p| c.map_or(0.0, |c| f64::from(c[p])))),
             _ => {
-                let weights = bin_weights(&image.equal_bins(), Observer::Cie1931);
+                let weights = emission_weights(image.edges_nm(), Observer::Cie1931);
                 std::array::from_fn(|i| values.iter().zip(&weights).map(|(v, w)| v * w[i]).sum())
             }
         };

@@ -3,13 +3,16 @@
 use super::load::{SceneArgs, hash};
 use super::print::{duration, note, out, percent, si};
 use super::{Done, Outcome, device, interrupt, progress::Bar, values};
-use crate::color::picture::auto_exposure;
+use crate::color::cie::lacks_for_colour;
+use crate::color::picture::{AUTO_SHARE, Development, auto_exposure};
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::output::exr::ErrorChannels;
-use crate::output::{Provenance, check_writable, write_exr, write_png};
+use crate::output::picture::Precision;
+use crate::output::{Provenance, check_writable, write_exr, write_picture};
 use crate::render::{BatchStats, Ended, Stop, Summary, render};
 use crate::scene::{Scene, Sensor};
+use crate::spectrum::library::Observer;
 use serde_json::{Value, json};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -87,7 +90,9 @@ pub fn run(args: &Args) -> Outcome {
     check_writable(&png)?;
     let talkative = !args.quiet && !args.json;
     if talkative {
-        scene.notes.iter().for_each(|n| note(&format!("note: {n}")));
+        let bins = &scene.film.bins;
+        let black = lacks_for_colour(bins.min_nm, bins.max_nm);
+        scene.notes.iter().chain(&black).for_each(|n| note(&format!("note: {n}")));
     }
     let setup = Instant::now();
     let mut film = Film::try_new(&scene.film)?;
@@ -107,7 +112,10 @@ pub fn run(args: &Args) -> Outcome {
 
     // A device may fail after hours: what it had done is written before its error is passed on.
     if film.batches() > 0 {
-        let exposure = scene.film.exposure.unwrap_or_else(|| auto_exposure(&film.xyz_image()));
+        let xyz = film.xyz_image();
+        let exposure = scene.film.exposure.unwrap_or_else(|| auto_exposure(&xyz, Observer::Cie1931, AUTO_SHARE));
+        // As the file holds it, so that the picture can be made again from the file.
+        let exposure = f64::from(exposure as f32);
         let irradiance = sensor_area(&scene.sensor).is_some();
         let scene_name = scene.name.clone();
         let origin = Provenance {
@@ -122,7 +130,8 @@ pub fn run(args: &Args) -> Outcome {
         };
         let errors = if args.aov.is_some() { ErrorChannels::All } else { ErrorChannels::None };
         write_exr(&exr, &film, &origin, errors)?;
-        write_png(&png, &film, Some(exposure))?;
+        let development = Development { exposure, ..Development::default() };
+        write_picture(&png, &xyz, scene.film.width as usize, &development, Precision::default())?;
     }
     let report = Report { scene: &scene, film: &film, summary: &rendered?, device: &device, setup, exr: &exr, png: &png };
     if args.json {

@@ -1,26 +1,25 @@
-//! XYZ and sRGB.
+//! Matrices, XYZ and sRGB.
 
+use super::cie::xyz_of_xy;
+use super::space::Space;
 use std::sync::LazyLock;
 
 /// A 3 by 3 matrix of rows.
 pub type Matrix = [[f64; 3]; 3];
 
-/// Chromaticities of the primaries R, G, B of sRGB (ITU-R BT.709).
-const PRIMARIES: [[f64; 2]; 3] = [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]];
-/// Chromaticity of its white, D65, as IEC 61966-2-1 rounds it.
-const WHITE: [f64; 2] = [0.3127, 0.3290];
-
 /// Linear sRGB to XYZ, derived from the primaries and white; RGB (1, 1, 1) has Y = 1.
-pub static RGB_TO_XYZ: LazyLock<Matrix> = LazyLock::new(|| {
-    let xyz = |[x, y]: [f64; 2]| [x / y, 1.0, (1.0 - x - y) / y];
-    let columns = PRIMARIES.map(xyz);
-    let m = std::array::from_fn(|row| std::array::from_fn(|col| columns[col][row]));
-    let scale = apply(&regular_inverse(&m), xyz(WHITE));
-    m.map(|row| std::array::from_fn(|col| row[col] * scale[col]))
-});
+pub static RGB_TO_XYZ: LazyLock<Matrix> = LazyLock::new(|| Space::Srgb.to_xyz());
 
 /// XYZ to linear sRGB, the inverse of [`RGB_TO_XYZ`].
-pub static XYZ_TO_RGB: LazyLock<Matrix> = LazyLock::new(|| regular_inverse(&RGB_TO_XYZ));
+pub static XYZ_TO_RGB: LazyLock<Matrix> = LazyLock::new(|| Space::Srgb.from_xyz());
+
+/// Linear RGB to XYZ of the space with these chromaticities of R, G, B and of white, which has Y = 1.
+pub fn primaries_to_xyz(primaries: [[f64; 2]; 3], white: [f64; 2]) -> Matrix {
+    let columns = primaries.map(xyz_of_xy);
+    let m = std::array::from_fn(|row| std::array::from_fn(|col| columns[col][row]));
+    let scale = apply(&regular_inverse(&m), xyz_of_xy(white));
+    m.map(|row| std::array::from_fn(|col| row[col] * scale[col]))
+}
 
 /// Linear sRGB of XYZ (Y = 1 at white); components lie outside [0, 1] for colours outside the gamut.
 pub fn linear_srgb_of_xyz(xyz: [f64; 3]) -> [f64; 3] {
@@ -51,8 +50,13 @@ pub fn apply(m: &Matrix, v: [f64; 3]) -> [f64; 3] {
     m.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }
 
-/// Inverse of a matrix of colour primaries, which no line holds.
-fn regular_inverse(m: &Matrix) -> Matrix {
+/// Product `a b`: `b` is applied first.
+pub fn multiply(a: &Matrix, b: &Matrix) -> Matrix {
+    a.map(|row| std::array::from_fn(|col| row[0] * b[0][col] + row[1] * b[1][col] + row[2] * b[2][col]))
+}
+
+/// Inverse of a matrix of a colour space or of cone responses, whose columns lie in no plane.
+pub(super) fn regular_inverse(m: &Matrix) -> Matrix {
     inverse(m).expect("the primaries of a colour space span a triangle")
 }
 

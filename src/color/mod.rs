@@ -1,9 +1,15 @@
-//! From spectra to colours: CIE XYZ ([`cie`]), XYZ from bin averages ([`bins`]), RGB ([`convert`]), colour differences ([`lab`]), what
-//! chromaticities say ([`chromaticity`]) and the 8-bit picture ([`picture`]).
+//! From spectra to colours: CIE XYZ ([`cie`]), XYZ from bin averages ([`bins`]), colour spaces ([`space`], [`convert`]), colour differences
+//! ([`lab`]), what chromaticities say ([`chromaticity`]), and pictures ([`picture`]) by way of white balance ([`adapt`]), tone curve
+//! ([`tone`]) and gamut ([`gamut`], in [`oklab`]).
 
+pub mod adapt;
 pub mod bins;
 pub mod chromaticity;
 pub mod cie;
 pub mod convert;
+pub mod gamut;
 pub mod lab;
+pub mod oklab;
 pub mod picture;
+pub mod space;
+pub mod tone;

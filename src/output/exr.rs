@@ -12,9 +12,11 @@
 //! The prefixes keep what is not a spectral channel from readers of the layout, and a bare `Y` from viewers that would take the
 //! file for a luminance-chroma picture.
 
+use super::picture::chromaticities;
 use super::replace_file;
 use crate::color::cie::xyz_of_unit;
 use crate::color::convert::linear_srgb_of_xyz;
+use crate::color::space::Space;
 use crate::error::Result;
 use crate::film::Film;
 use crate::render::BatchStats;
@@ -22,7 +24,7 @@ use crate::spectrum::library::Observer;
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::image::write::channels::{ChannelsWriter, WritableChannels};
 use exr::image::{Encoding, Image, Layer};
-use exr::meta::attribute::{AttributeValue, ChannelDescription, ChannelList, Chromaticities, LevelMode, SampleType, Text};
+use exr::meta::attribute::{AttributeValue, ChannelDescription, ChannelList, LevelMode, SampleType, Text};
 use exr::meta::header::{Header, LayerAttributes};
 use exr::prelude::{Compression, LineOrder, Vec2, WritableImage};
 use std::path::Path;
@@ -78,8 +80,7 @@ pub fn write_exr(path: &Path, film: &Film, provenance: &Provenance, errors: Erro
     let layer = LayerAttributes { software_name, other, ..LayerAttributes::default() };
     let mut image = Image::from_layer(Layer::new(size, layer, encoding, source));
     // Without it `R G B` would mean the same (the default is Rec. 709), but not say so.
-    image.attributes.chromaticities =
-        Some(Chromaticities { red: Vec2(0.64, 0.33), green: Vec2(0.3, 0.6), blue: Vec2(0.15, 0.06), white: Vec2(0.3127, 0.329) });
+    image.attributes.chromaticities = Some(chromaticities(Space::Srgb));
     replace_file(path, |file| image.write().to_buffered(file))
 }
 

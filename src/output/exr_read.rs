@@ -1,23 +1,38 @@
-//! Reading spectral EXRs of the layout in [`super::exr`]: ours and other programs', with any list of wavelengths, half or float.
+//! Reading spectral EXRs of the layout in [`super::exr`]: ours and other programs', with any list of wavelengths, half or float, and those of
+//! which a [`Bands`] table says what the channels are.
 
+use super::bands::{Bands, Selection};
 use super::exr::error_channel_name;
 use crate::error::{Error, Result};
 use crate::scene::Bins;
 use exr::image::{AnyChannel, FlatSamples};
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::{Compression, ReadChannels, ReadLayers, read};
+use rayon::prelude::*;
 use std::io::Cursor;
 use std::path::Path;
 
-/// An emissive spectral image.
+/// What the spectral channels of an image are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// `S0`: light, W m^-2 sr^-1 nm^-1.
+    Emissive,
+    /// `T`: reflectance or transmittance.
+    Reflective,
+}
+
+/// A spectral image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectralImage {
     /// Pixels across.
     pub width: usize,
     /// Pixels down.
     pub height: usize,
+    /// Light or reflectance.
+    pub quantity: Quantity,
     /// Wavelength of every spectral channel, nm, increasing.
     pub wavelengths_nm: Vec<f64>,
+    edges_nm: Vec<f64>,
     /// Values `[pixel][wavelength]`, rows from the top.
     pub data: Vec<f32>,
     /// The channels that are not spectral (`R`, `XYZ.Y`, `error.Y`, ...), by name, each with its pixels.
@@ -26,21 +41,36 @@ pub struct SpectralImage {
     pub attributes: Vec<(String, String)>,
 }
 
-const REMEDY: &str = "give an emissive spectral EXR with channels such as S0.390,000000nm";
+const REMEDY: &str = "give a spectral EXR with channels such as S0.390,000000nm, or say with --bands which channels are bands";
 
 impl SpectralImage {
     /// Reads a file.
     ///
     /// # Errors
-    /// [`Error::File`] where the file cannot be read, is damaged, is no EXR or has no `S0` channels.
+    /// [`Error::File`] where the file cannot be read, is damaged, is no EXR or has no `S0` or `T` channels.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
-        let path = path.as_ref();
+        Self::read_with(path.as_ref(), None)
+    }
+
+    /// Reads a file whose spectral channels are those of `bands`.
+    ///
+    /// # Errors
+    /// [`Error::File`] where the file cannot be read, is damaged, is no EXR or lacks a band.
+    pub fn read_bands(path: impl AsRef<Path>, bands: &Bands) -> Result<Self> {
+        Self::read_with(path.as_ref(), Some(bands))
+    }
+
+    fn read_with(path: &Path, bands: Option<&Bands>) -> Result<Self> {
         let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot read: {e}"), "check the path"))?;
-        Self::from_bytes(&bytes).map_err(|problem| Error::file(path, problem, REMEDY))
+        Self::decode(&bytes, bands).map_err(|problem| Error::file(path, problem, REMEDY))
     }
 
     /// Reads a file that is in memory; the error says what is wrong with it.
     pub fn from_bytes(bytes: &[u8]) -> std::result::Result<Self, String> {
+        Self::decode(bytes, None)
+    }
+
+    fn decode(bytes: &[u8], bands: Option<&Bands>) -> std::result::Result<Self, String> {
         check_size(bytes)?;
         let image = read()
             .no_deep_data()
@@ -51,40 +81,55 @@ impl SpectralImage {
             .from_buffered(Cursor::new(bytes))
             .map_err(|e| format!("not a readable EXR: {e}"))?;
 
-        let spectral = |c: &AnyChannel<FlatSamples>| wavelength_nm(&c.name.to_string()).is_some();
-        let layer = image.layer_data.iter().find(|layer| layer.channel_data.list.iter().any(spectral));
-        let layer = layer.ok_or("no spectral channels (S0.<wavelength>nm)")?;
+        let spectral = |list: &[AnyChannel<FlatSamples>]| {
+            let names: Vec<String> = list.iter().map(|c| c.name.to_string()).collect();
+            match bands {
+                Some(bands) => bands.select(&names),
+                None => Selection::of_layout(&names),
+            }
+        };
+        let (layer, selection) = image
+            .layer_data
+            .into_iter()
+            .find_map(|layer| spectral(&layer.channel_data.list).map(|selection| (layer, selection)))
+            .ok_or(if bands.is_some() { "none of the bands" } else { "no spectral channels (S0.<wavelength>nm)" })?;
+        let Selection { quantity, channels: selected, wavelengths_nm, mut edges_nm } = selection?;
         let (width, height) = (layer.size.width(), layer.size.height());
         let pixels = width * height;
+        let channels = layer.channel_data.list;
+        if let Some(wrong) = channels.iter().find(|c| c.sample_data.len() != pixels) {
+            return Err(format!("channel {} has {} samples for {pixels} pixels", wrong.name, wrong.sample_data.len()));
+        }
 
-        let mut bins: Vec<(f64, Vec<f32>)> = Vec::new();
-        let mut others = Vec::new();
-        for channel in &layer.channel_data.list {
-            let name = channel.name.to_string();
-            let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
-            if values.len() != pixels {
-                return Err(format!("channel {name} has {} samples for {pixels} pixels", values.len()));
+        let bins = selected.len();
+        let mut data = vec![0.0; pixels * bins];
+        // By blocks of pixels, which stay in the cache while every channel is written into them.
+        data.par_chunks_mut(bins * 4096).enumerate().for_each(|(block, out)| {
+            for (b, &(channel, scale)) in selected.iter().enumerate() {
+                let samples = &channels[channel].sample_data;
+                for (i, pixel) in out.chunks_exact_mut(bins).enumerate() {
+                    let value = samples.value_by_flat_index(block * 4096 + i).to_f32();
+                    pixel[b] = if scale == 1.0 { value } else { (f64::from(value) * scale) as f32 };
+                }
             }
-            match wavelength_nm(&name) {
-                Some(nm) => bins.push((nm, values)),
-                None => others.push((name, values)),
-            }
-        }
-        bins.sort_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some(twice) = bins.windows(2).find(|w| w[0].0 == w[1].0) {
-            return Err(format!("two channels at {} nm", twice[0].0));
-        }
-        let mut data = vec![0.0; pixels * bins.len()];
-        for (b, (_, values)) in bins.iter().enumerate() {
-            data.iter_mut().skip(b).step_by(bins.len()).zip(values).for_each(|(to, &from)| *to = from);
-        }
+        });
+        let others = channels.iter().enumerate().filter(|(i, _)| !selected.iter().any(|(channel, _)| channel == i));
+        let others = others.map(|(_, c)| (c.name.to_string(), c.sample_data.values_as_f32().collect())).collect();
+
         let header = image.attributes.other.iter().chain(&layer.attributes.other);
         let mut attributes: Vec<(String, String)> =
             header.filter_map(|(name, value)| Some((name.to_string(), plain(value)?))).collect();
         let software = layer.attributes.software_name.as_ref();
         attributes.extend(software.map(|name: &Text| ("software".to_string(), name.to_string())));
         attributes.sort();
-        Ok(SpectralImage { width, height, wavelengths_nm: bins.iter().map(|b| b.0).collect(), data, others, attributes })
+        let range = attributes.iter().find(|(name, _)| name == "abbe.range").and_then(|(_, range)| {
+            let mut ends = range.split(' ').map_while(|word| word.parse::<f64>().ok());
+            Some([ends.next()?, ends.next()?])
+        });
+        if let ([_], Some(range)) = (wavelengths_nm.as_slice(), range) {
+            edges_nm = range.to_vec();
+        }
+        Ok(SpectralImage { width, height, quantity, wavelengths_nm, edges_nm, data, others, attributes })
     }
 
     /// Number of wavelengths.
@@ -110,13 +155,10 @@ impl SpectralImage {
         errors.iter().all(|e| e.is_finite()).then_some(errors)
     }
 
-    /// Where the wavelengths' bins meet, nm: halfway between neighbours; one more than wavelengths. A single one is taken to be 1 nm wide.
-    pub fn edges_nm(&self) -> Vec<f64> {
-        let nm = &self.wavelengths_nm;
-        let inner: Vec<f64> = nm.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
-        let (first, last) = (nm[0], nm[nm.len() - 1]);
-        let ends = (inner.first().map_or(first - 0.5, |e| 2.0 * first - e), inner.last().map_or(last + 0.5, |e| 2.0 * last - e));
-        [ends.0].into_iter().chain(inner).chain([ends.1]).collect()
+    /// Where the channels' bins join, nm, one more than wavelengths: halfway between neighbours, unless a table of bands or Abbe's header says
+    /// otherwise. A single channel that says nothing is taken to be 1 nm wide.
+    pub fn edges_nm(&self) -> &[f64] {
+        &self.edges_nm
     }
 
     /// As many equal bins between the outermost edges.
@@ -158,57 +200,5 @@ fn plain(value: &AttributeValue) -> Option<String> {
         AttributeValue::F64(v) => Some(v.to_string()),
         AttributeValue::I32(v) => Some(v.to_string()),
         _ => None,
-    }
-}
-
-/// The wavelength in nm of a channel `S0.<number><prefix><m|Hz>`, the number with a decimal comma (the layout's grammar, section
-/// 3 of the paper); `None` for any other channel.
-fn wavelength_nm(channel: &str) -> Option<f64> {
-    // SI prefixes but "da", which is no use for light.
-    const PREFIXES: &str = "YZEPTGMkhdcmunp";
-    const EXPONENTS: [i32; 15] = [24, 21, 18, 15, 12, 9, 6, 3, 2, -1, -2, -3, -6, -9, -12];
-    let rest = channel.strip_prefix("S0.")?;
-    let (rest, is_frequency) = match rest.strip_suffix("Hz") {
-        Some(rest) => (rest, true),
-        None => (rest.strip_suffix('m')?, false),
-    };
-    let prefixes = PREFIXES.chars().zip(EXPONENTS);
-    let (number, exponent) = prefixes.filter_map(|(p, e)| Some((rest.strip_suffix(p)?, e))).next().unwrap_or((rest, 0));
-    if number.is_empty() || !number.chars().all(|c| c.is_ascii_digit() || matches!(c, ',' | 'e' | 'E' | '+' | '-')) {
-        return None;
-    }
-    let value: f64 = number.replace(',', ".").parse().ok()?;
-    // A division by the exact power keeps 390,000000nm at 390 exactly.
-    let nm = match (is_frequency, exponent) {
-        (false, -9) => value,
-        (false, e) => value * 10f64.powi(e + 9),
-        (true, e) => 299_792_458e9 / (value * 10f64.powi(e)),
-    };
-    (nm.is_finite() && nm > 0.0).then_some(nm)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::wavelength_nm;
-
-    #[test]
-    fn channel_names_of_the_layout_are_understood_and_others_are_not() {
-        for (name, nm) in [("S0.390,000000nm", 390.0), ("S0.5,5e2nm", 550.0), ("S0.0,55um", 550.0), ("S0.5,5E-7m", 550.0)] {
-            assert!((wavelength_nm(name).expect(name) - nm).abs() < 1e-9, "{name}");
-        }
-        assert!((wavelength_nm("S0.500THz").expect("THz") - 599.584_916).abs() < 1e-9);
-        for name in [
-            "S0.390.000000nm",
-            "s0.390,000000nm",
-            "a.S0.390,000000nm",
-            "S1.390,000000nm",
-            "S0.nm",
-            "S0.-1nm",
-            "S0.0nm",
-            "S0.infm",
-            "Y",
-        ] {
-            assert_eq!(wavelength_nm(name), None, "{name}");
-        }
     }
 }

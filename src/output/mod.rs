@@ -1,13 +1,17 @@
-//! What leaves the program: spectral EXR, PNG, plots, and the files' safe replacement.
+//! What leaves the program: spectral EXR, pictures, plots, and the files' safe replacement; and spectral EXRs read back.
 
+mod bands;
 pub mod exr;
 mod exr_read;
+mod exr_xyz;
+mod icc;
+pub mod picture;
 pub mod plot;
-pub mod png;
 
+pub use bands::{Band, Bands};
 pub use exr::{Provenance, write_exr};
-pub use exr_read::SpectralImage;
-pub use png::write_png;
+pub use exr_read::{Quantity, SpectralImage};
+pub use picture::{write_picture, write_rgb};
 
 use crate::error::{Error, Result};
 use std::fs::{File, OpenOptions};

@@ -1,0 +1,200 @@
+//! `abbe develop`: from a spectral EXR to a picture.
+
+use super::print::{note, out};
+use super::{Done, Outcome};
+use crate::color::adapt::{Method, White};
+use crate::color::gamut::Gamut;
+use crate::color::picture::{AUTO_SHARE, Development, auto_exposure};
+use crate::color::space::Space;
+use crate::color::tone::Tone;
+use crate::error::Error;
+use crate::output::picture::{Format, Precision};
+use crate::output::{Bands, Quantity, SpectralImage, check_writable, write_picture};
+use crate::spectrum::Spectrum;
+use crate::spectrum::library::{self, Observer};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "Examples:
+  abbe develop newton.exr -o newton.png
+  abbe develop newton.exr -o newton.png --exposure 2 --tone agx --space p3 --bits 16
+  abbe develop room.exr -o room.jpg --white 3200K --adaptation cat16
+  abbe develop room.exr -o room_acescg.exr --space acescg
+  abbe develop chart.exr -o chart.png --illuminant FL11
+  abbe develop mitsuba.exr -o picture.png --bands 400-700
+
+A file that Abbe rendered keeps the exposure of its own picture; a reflectance has 0; others are exposed automatically.
+For files whose channels do not name their wavelengths, --bands 400-700 divides that range among the channels whose
+names end in a number, and --bands FILE reads a table of lines 'CHANNEL LOW_NM HIGH_NM [RESPONSE or mean]'.";
+
+const OBSERVERS: [(&str, Observer); 2] = [("1931", Observer::Cie1931), ("1964", Observer::Cie1964)];
+const METHODS: [(&str, Method); 2] = [("bradford", Method::Bradford), ("cat16", Method::Cat16)];
+const TONES: [(&str, Tone); 4] = [("none", Tone::None), ("reinhard", Tone::Reinhard), ("aces", Tone::Aces), ("agx", Tone::AgX)];
+const SPACES: [(&str, Space); 4] =
+    [("srgb", Space::Srgb), ("p3", Space::DisplayP3), ("rec2020", Space::Rec2020), ("acescg", Space::AcesCg)];
+const GAMUTS: [(&str, Gamut); 3] = [("map", Gamut::Map), ("clip", Gamut::Clip), ("keep", Gamut::Keep)];
+const BITS: [(&str, u8); 2] = [("8", 8), ("16", 16)];
+
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Spectral EXR: Abbe's, or any of Fichet's layout, emissive (S0) or reflective (T)
+    #[arg(value_name = "IN.exr")]
+    input: PathBuf,
+    /// Picture to write: .png, .jpg, or .exr for linear RGB
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Exposure in stops, 'auto', or 'auto:95' for the 95th percentile instead of the 99th
+    #[arg(long, value_name = "EV", value_parser = exposure, allow_hyphen_values = true)]
+    exposure: Option<Exposure>,
+    /// Light that is to look white: a CIE illuminant, the temperature of a blackbody, or a chromaticity, as in FL11, 3200K or 0.31,0.33 [default: D65; of a reflectance, its illuminant]
+    #[arg(long, value_name = "LIGHT", value_parser = white)]
+    white: Option<White>,
+    /// How it is made to look white
+    #[arg(long, value_name = "METHOD", default_value = "bradford", value_parser = choice(METHODS))]
+    adaptation: Method,
+    /// CIE observer: 1931 (2 degrees) or 1964 (10 degrees)
+    #[arg(long, value_name = "YEAR", default_value = "1931", value_parser = choice(OBSERVERS))]
+    observer: Observer,
+    /// Tone curve
+    #[arg(long, value_name = "CURVE", default_value = "none", value_parser = choice(TONES))]
+    tone: Tone,
+    /// Colour space of the picture; acescg only in .exr
+    #[arg(long, value_name = "SPACE", default_value = "srgb", value_parser = choice(SPACES))]
+    space: Space,
+    /// Colours that the space cannot show: map (keep hue and lightness), clip each component, or keep them out of range [default: map; keep in .exr]
+    #[arg(long, value_name = "HOW", value_parser = choice(GAMUTS))]
+    gamut: Option<Gamut>,
+    /// Bits per component of a .png
+    #[arg(long, value_name = "N", default_value = "8", value_parser = choice(BITS))]
+    bits: u8,
+    /// Round every pixel by itself instead of spreading the error
+    #[arg(long)]
+    no_dither: bool,
+    /// Quality of a .jpg
+    #[arg(long, value_name = "PERCENT", default_value_t = 95, value_parser = clap::value_parser!(u8).range(1..=100))]
+    quality: u8,
+    /// Light on a reflectance (T channels): a CIE illuminant or the temperature of a blackbody
+    #[arg(long, value_name = "LIGHT", default_value = "D65", value_parser = light)]
+    illuminant: Spectrum,
+    /// What channels without wavelengths are: a range in nm for numbered ones, or a file with a table
+    #[arg(long, value_name = "LO-HI or FILE", value_parser = bands)]
+    bands: Option<BandsArg>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Exposure {
+    Stops(f64),
+    Auto(f64),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum BandsArg {
+    Range(f64, f64),
+    Table(PathBuf),
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let format = Format::of(&args.output);
+    check_writable(&args.output)?;
+    let image = match &args.bands {
+        None => SpectralImage::read(&args.input)?,
+        Some(BandsArg::Range(lo, hi)) => SpectralImage::read_bands(&args.input, &Bands::Range(*lo, *hi))?,
+        Some(BandsArg::Table(path)) => SpectralImage::read_bands(&args.input, &Bands::read(path)?)?,
+    };
+    let colours = image.xyz(args.observer, &args.illuminant);
+    let colours = colours.map_err(|problem| Error::file(&args.input, problem, "give a file of visible light"))?;
+    colours.note.iter().for_each(|n| note(&format!("note: {n}")));
+
+    let reflective = image.quantity == Quantity::Reflective;
+    let stops = match args.exposure.or_else(|| own_exposure(&image)) {
+        Some(Exposure::Stops(stops)) => stops,
+        Some(Exposure::Auto(share)) => auto_exposure(&colours.xyz, args.observer, share),
+        None => auto_exposure(&colours.xyz, args.observer, AUTO_SHARE),
+    };
+    let development = Development {
+        observer: args.observer,
+        exposure: stops,
+        white: args.white.clone().or_else(|| reflective.then(|| White::Light(args.illuminant.clone()))),
+        method: args.adaptation,
+        tone: args.tone,
+        space: args.space,
+        gamut: args.gamut.unwrap_or(if format == Some(Format::Exr) { Gamut::Keep } else { Gamut::Map }),
+    };
+    let precision = Precision { sixteen_bits: args.bits == 16, dither: !args.no_dither, quality: args.quality };
+    write_picture(&args.output, &colours.xyz, image.width, &development, precision)?;
+    out(&format!("wrote {}: {}x{}, exposure {stops:+.3} EV", args.output.display(), image.width, image.height));
+    Ok(Done::Completely)
+}
+
+/// The exposure that goes with a file: that of Abbe's own picture, or for a reflectance 0.
+fn own_exposure(image: &SpectralImage) -> Option<Exposure> {
+    if image.quantity == Quantity::Reflective {
+        return Some(Exposure::Stops(0.0));
+    }
+    image.attribute("abbe.version")?;
+    image.attribute("EV")?.parse().ok().map(Exposure::Stops)
+}
+
+/// A parser of one of several names.
+fn choice<T: Clone + Send + Sync + 'static, const N: usize>(table: [(&'static str, T); N]) -> impl TypedValueParser<Value = T> {
+    let names = PossibleValuesParser::new(table.each_ref().map(|(name, _)| *name));
+    names.try_map(move |name| table.iter().find(|(n, _)| *n == name).map(|(_, value)| value.clone()).ok_or("no such name"))
+}
+
+fn exposure(text: &str) -> Result<Exposure, String> {
+    let percent = |share: &str| share.parse().ok().filter(|p| (0.0..=100.0).contains(p)).map(|p: f64| Exposure::Auto(p / 100.0));
+    let parsed = match text.strip_prefix("auto") {
+        Some("") => Some(Exposure::Auto(AUTO_SHARE)),
+        Some(rest) => rest.strip_prefix(':').and_then(percent),
+        None => text.parse().ok().filter(|v: &f64| v.abs() <= 100.0).map(Exposure::Stops),
+    };
+    parsed.ok_or_else(|| "write stops, 'auto' or a percentile, as in -1.5, auto or auto:95".to_string())
+}
+
+fn light(text: &str) -> Result<Spectrum, String> {
+    let kelvin = text.strip_suffix(['K', 'k']).and_then(|t| t.trim_end().parse().ok()).filter(|t| (1000.0..=1e5).contains(t));
+    kelvin.map(|kelvin| Spectrum::Blackbody { kelvin, scale: 1.0 }).or_else(|| library::illuminant(text)).ok_or_else(|| {
+        format!("no such light; write a temperature from 1000K to 100000K, or one of {}", library::illuminant_names().join(", "))
+    })
+}
+
+fn white(text: &str) -> Result<White, String> {
+    match text.split_once(',') {
+        None => light(text).map(White::Light),
+        Some((x, y)) => match (x.trim().parse::<f64>(), y.trim().parse::<f64>()) {
+            (Ok(x), Ok(y)) if x > 0.0 && y > 0.0 && x + y < 1.0 => Ok(White::Chromaticity([x, y])),
+            _ => Err("write a chromaticity x,y with x, y and 1 - x - y above 0, as in 0.3127,0.3290".to_string()),
+        },
+    }
+}
+
+fn bands(text: &str) -> Result<BandsArg, String> {
+    let range = text.split_once('-').and_then(|(lo, hi)| Some((lo.parse::<f64>().ok()?, hi.parse::<f64>().ok()?)));
+    match range {
+        None => Ok(BandsArg::Table(PathBuf::from(text))),
+        Some((lo, hi)) if lo > 0.0 && hi > lo && hi < 1e6 => Ok(BandsArg::Range(lo, hi)),
+        Some(_) => Err("write the range in nm from low to high, as in 400-700".to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_read_as_they_are_written() {
+        assert_eq!(exposure("-1.5"), Ok(Exposure::Stops(-1.5)));
+        assert_eq!(exposure("auto"), Ok(Exposure::Auto(0.99)));
+        assert_eq!(exposure("auto:95"), Ok(Exposure::Auto(0.95)));
+        assert!(["auto95", "auto:101", "auto:", "bright", "nan", "1e9"].iter().all(|text| exposure(text).is_err()));
+        assert_eq!(white("3200K"), Ok(White::blackbody(3200.0)));
+        assert_eq!(white("0.31, 0.33"), Ok(White::Chromaticity([0.31, 0.33])));
+        assert_eq!(Some(white("d65").expect("D65")), White::illuminant("D65"));
+        assert!(["D66", "3K", "K", "0.5,0.6", "0,0.3", "1,2,3", "x,y"].iter().all(|text| white(text).is_err()));
+        assert_eq!(bands("400-700"), Ok(BandsArg::Range(400.0, 700.0)));
+        assert_eq!(bands("a-b.txt"), Ok(BandsArg::Table("a-b.txt".into())));
+        assert!(bands("700-400").is_err());
+    }
+}
