@@ -3,7 +3,7 @@
 #include "common/math.wgsl"
 
 @group(0) @binding(0) var<uniform> params: Params;
-@group(0) @binding(4) var spectra: texture_2d<u32>;
+@group(0) @binding(4) var spectra: Table;
 @group(0) @binding(5) var<storage, read_write> film: array<f32>;
 @group(0) @binding(6) var<storage, read_write> counters: array<atomic<u32>>;
 #if MANY_BINS

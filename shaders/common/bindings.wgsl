@@ -1,33 +1,34 @@
-// What both passes read; a binding is there only if the scene needs it. Tables are textures of vec4<u32>: a software driver fetches a whole texel at
-// once, but a storage buffer word by word and lane by lane (measured on lavapipe: rays/s).
+// What both passes read; a binding is there only if the scene needs it. Tables are storage textures of vec4<u32>: a software driver fetches a whole
+// texel at once, but a storage buffer word by word and lane by lane, and of a sampled texture it works out mip level and stride for every texel
+// (measured on lavapipe: rays/s).
 @group(0) @binding(0) var<uniform> params: Params;
-@group(0) @binding(1) var bvh: texture_2d<u32>;
-@group(0) @binding(2) var primitives: texture_2d<u32>;
-@group(0) @binding(3) var materials: texture_2d<u32>;
-@group(0) @binding(4) var spectra: texture_2d<u32>;
+@group(0) @binding(1) var bvh: Table;
+@group(0) @binding(2) var primitives: Table;
+@group(0) @binding(3) var materials: Table;
+@group(0) @binding(4) var spectra: Table;
 @group(0) @binding(6) var<storage, read_write> counters: array<atomic<u32>>;
 #if LIGHTS_PRESENT
-@group(0) @binding(7) var lights: texture_2d<u32>;
+@group(0) @binding(7) var lights: Table;
 
 fn light_at(i: u32) -> Light {
     return load_Light(lights, i);
 }
 #endif
 #if INTERIORS
-@group(0) @binding(8) var interiors: texture_2d<u32>;
+@group(0) @binding(8) var interiors: Table;
 
 fn interior_at(i: u32) -> Interior {
     return load_Interior(interiors, i);
 }
 #endif
 #if SMOOTH_NORMALS
-@group(0) @binding(9) var normals: texture_2d<u32>;
+@group(0) @binding(9) var normals: Table;
 #endif
 #if ROUGH
 @group(0) @binding(10) var<storage, read> tables: array<f32>;
 #endif
 #if ENV_IMAGE
-@group(0) @binding(11) var environment: texture_2d<u32>;
+@group(0) @binding(11) var environment: Table;
 #endif
 #if LIGHT_PATHS
 #if MANY_BINS
@@ -41,5 +42,5 @@ fn material_at(i: u32) -> Material {
 
 // Row `i` of primitives: three to a primitive.
 fn primitive_row(i: u32) -> vec4f {
-    return bitcast<vec4f>(textureLoad(primitives, texel(i), 0));
+    return bitcast<vec4f>(fetch(primitives, i));
 }

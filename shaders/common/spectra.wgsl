@@ -10,7 +10,7 @@ var<private> pass_base: u32; // first vector of this pass
 
 // Lanes 4k .. 4k+3 of spectrum `row`.
 fn spectrum(row: u32, k: u32) -> vec4f {
-    return bitcast<vec4f>(textureLoad(spectra, texel(pass_base + row * LANES4 + k), 0));
+    return bitcast<vec4f>(fetch(spectra, pass_base + row * LANES4 + k));
 }
 
 // One where the lane index is `lane`, else zero.

@@ -48,7 +48,7 @@ fn surface_at(ray: Ray, hit: Hit) -> Surface {
 #if SMOOTH_NORMALS
     let at = bitcast<u32>(r2.w);
     if (at != NONE) {
-        let ns = b.x * bitcast<vec4f>(textureLoad(normals, texel(at), 0)).xyz + b.y * bitcast<vec4f>(textureLoad(normals, texel(at + 1u), 0)).xyz + b.z * bitcast<vec4f>(textureLoad(normals, texel(at + 2u), 0)).xyz;
+        let ns = b.x * bitcast<vec4f>(fetch(normals, at)).xyz + b.y * bitcast<vec4f>(fetch(normals, at + 1u)).xyz + b.z * bitcast<vec4f>(fetch(normals, at + 2u)).xyz;
         let length_squared = dot(ns, ns);
         if (length_squared > 0.0) {
             s.ns = ns * inverseSqrt(length_squared);

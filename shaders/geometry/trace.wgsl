@@ -127,11 +127,11 @@ fn trace(ray: Ray) -> Hit {
             }
             let slot = (bit - 24u) ^ (oct_inv4 & 0xffu);
             let at = 5u * (base + countOneBits(imask & ~(0xffffffffu << slot)));
-            let n0 = textureLoad(bvh, texel(at), 0);
-            let n1 = textureLoad(bvh, texel(at + 1u), 0);
-            let nx = textureLoad(bvh, texel(at + 2u), 0);
-            let ny = textureLoad(bvh, texel(at + 3u), 0);
-            let nz = textureLoad(bvh, texel(at + 4u), 0);
+            let n0 = fetch(bvh, at);
+            let n1 = fetch(bvh, at + 1u);
+            let nx = fetch(bvh, at + 2u);
+            let ny = fetch(bvh, at + 3u);
+            let nz = fetch(bvh, at + 4u);
             let exponents = vec3u(n0.w & 0xffu, (n0.w >> 8u) & 0xffu, (n0.w >> 16u) & 0xffu);
             let scale = bitcast<vec3f>(exponents << vec3u(23u)) * inv_d;
             let origin = (bitcast<vec3f>(n0.xyz) - ray.o) * inv_d;

@@ -3,10 +3,10 @@
 // Only paths that meet a smooth mirror or glass first are wanted, so light is shot only at the spheres around those (`targets`): one is chosen by the
 // solid angle (or cross-section) that it shows, and since spheres overlap, the density of a ray is the number of spheres it hits over the sum of all.
 #if LIGHT_POINT || LIGHT_AREA || LIGHT_ENVIRONMENT
-@group(0) @binding(15) var targets: texture_2d<u32>; // centre, radius
+@group(0) @binding(15) var targets: Table; // centre, radius
 
 fn target_at(i: u32) -> vec4f {
-    return bitcast<vec4f>(textureLoad(targets, texel(i), 0));
+    return bitcast<vec4f>(fetch(targets, i));
 }
 
 // Solid angle of target `i` from `p`.

@@ -256,14 +256,17 @@ shared_records! {
 /// Texels to a row of a table.
 pub const TABLE_WIDTH: u32 = 4096;
 
-/// WGSL that reads records from tables: `load_NAME(table, index)`, and `texel(index)`.
+/// WGSL that reads from tables: a texel by `fetch(table, index)`, a record by `load_NAME(table, index)`.
 pub fn wgsl_loaders() -> String {
-    let mut out = format!("fn texel(i: u32) -> vec2u {{\n    return vec2u(i % {TABLE_WIDTH}u, i / {TABLE_WIDTH}u);\n}}\n");
+    let mut out = format!(
+        "alias Table = texture_storage_2d<rgba32uint, read>;\n\
+         fn fetch(t: Table, i: u32) -> vec4u {{\n    return textureLoad(t, vec2u(i % {TABLE_WIDTH}u, i / {TABLE_WIDTH}u));\n}}\n"
+    );
     for ((name, fields), (_, size, offsets)) in FIELDS.iter().zip(record_layouts()) {
         let texels = size / 16;
-        out += &format!("fn load_{name}(t: texture_2d<u32>, i: u32) -> {name} {{\n    var r: {name};\n");
+        out += &format!("fn load_{name}(t: Table, i: u32) -> {name} {{\n    var r: {name};\n");
         for n in 0..texels {
-            out += &format!("    let t{n} = textureLoad(t, texel(i * {texels}u + {n}u), 0);\n");
+            out += &format!("    let t{n} = fetch(t, i * {texels}u + {n}u);\n");
         }
         for ((field, kind), (_, offset)) in fields.iter().zip(offsets) {
             let texel = format!("t{}", offset / 16);

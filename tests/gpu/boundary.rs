@@ -44,7 +44,7 @@ fn loaders_read_every_field_from_its_place() {
         // Floats between 1 and 2, so that none is denormal or NaN, all different.
         let table: Vec<u32> = (0..RECORDS * words).map(|i| 0x3f80_0000 + i as u32).collect();
         let mut source = prelude()
-            + "@group(0) @binding(0) var t: texture_2d<u32>;\n@group(0) @binding(1) var<storage, read_write> out: array<u32>;\n"
+            + "@group(0) @binding(0) var t: Table;\n@group(0) @binding(1) var<storage, read_write> out: array<u32>;\n"
             + "@compute @workgroup_size(1)\nfn main(@builtin(workgroup_id) group: vec3u) {\n";
         source += &format!("    let r = load_{name}(t, group.x);\n    let base = group.x * {words}u;\n");
         for (field, offset, count, float) in record(name).1 {
@@ -66,9 +66,9 @@ fn tables_of_many_rows_are_read_in_order() {
     let texels = layout::TABLE_WIDTH as usize * 2 + 64;
     let table: Vec<u32> = (0..4 * texels as u32).collect();
     let source = prelude()
-        + "@group(0) @binding(0) var t: texture_2d<u32>;\n@group(0) @binding(1) var<storage, read_write> out: array<vec4u>;\n"
+        + "@group(0) @binding(0) var t: Table;\n@group(0) @binding(1) var<storage, read_write> out: array<vec4u>;\n"
         + "@compute @workgroup_size(64)\nfn main(@builtin(global_invocation_id) id: vec3u) {\n"
-        + "    out[id.x] = textureLoad(t, texel(id.x), 0);\n}\n";
+        + "    out[id.x] = fetch(t, id.x);\n}\n";
     let t = gpu.table("numbers", &table).unwrap();
     assert_eq!(run_kernel(&gpu, source, &[("t", &t)], table.len(), texels as u32 / 64), table);
 }

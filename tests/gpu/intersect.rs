@@ -13,20 +13,20 @@ fn trace(gpu: &Gpu, scene: &Scene, uploaded: &GpuScene, rays: &[[Vec3; 2]]) -> V
     let source = prelude()
         + &Plan::new(scene).constants()
         + &uploaded.constants
-        + "@group(0) @binding(0) var bvh: texture_2d<u32>;
-        @group(0) @binding(1) var primitives: texture_2d<u32>;
-        @group(0) @binding(2) var rays: texture_2d<u32>;
+        + "@group(0) @binding(0) var bvh: Table;
+        @group(0) @binding(1) var primitives: Table;
+        @group(0) @binding(2) var rays: Table;
         @group(0) @binding(3) var<storage, read_write> out: array<f32>;
         fn primitive_row(i: u32) -> vec4f {
-            return bitcast<vec4f>(textureLoad(primitives, texel(i), 0));
+            return bitcast<vec4f>(fetch(primitives, i));
         }\n"
         + &shader_file("common/math.wgsl", &Plan::new(scene).camera)
         + &shader_file("geometry/trace.wgsl", &Plan::new(scene).camera)
         + "@compute @workgroup_size(64)
         fn main(@builtin(global_invocation_id) id: vec3u) {
             var ray: Ray;
-            ray.o = bitcast<vec3f>(textureLoad(rays, texel(2u * id.x), 0).xyz);
-            ray.d = bitcast<vec3f>(textureLoad(rays, texel(2u * id.x + 1u), 0).xyz);
+            ray.o = bitcast<vec3f>(fetch(rays, 2u * id.x).xyz);
+            ray.d = bitcast<vec3f>(fetch(rays, 2u * id.x + 1u).xyz);
             ray.t_max = INFINITE;
             ray.from_primitive = NONE;
             ray.to_primitive = NONE;
