@@ -1,6 +1,8 @@
 //! The command as a user meets it: what it prints, where it writes, how it fails and how it is stopped. Everything renders on the
 //! reference device, so that no adapter is needed.
 
+#[path = "cli/compare.rs"]
+mod compare;
 #[path = "cli/glass.rs"]
 mod glass;
 #[path = "cli/probe.rs"]
@@ -145,6 +147,7 @@ fn help_has_examples_everywhere() {
         &["info", "--help"],
         &["check", "--help"],
         &["bench", "--help"],
+        &["compare", "--help"],
         &["glass", "--help"],
         &["probe", "--help"],
     ] {

@@ -169,6 +169,25 @@ fn block_errors_hold_correlated_pixels() {
 }
 
 #[test]
+fn the_error_of_the_image_mean_is_that_of_the_batches_means() {
+    // Four pixels in two tiles; whatever pixels have in common, the mean is a film of one pixel.
+    let (mut film, mut mean, mut random) = (Film::new(&settings(4, 1, 1)), Film::new(&settings(1, 1, 1)), Random(5));
+    for spp in [2, 2, 5, 1] {
+        let shared = random.next();
+        let values: Vec<f32> = (0..16).map(|_| ((shared + random.next()) * f64::from(spp)) as f32).collect();
+        let tile = |x| Tile { x, y: 0, width: 2, height: 1 };
+        film.add_batch(tile(0), &values[..8], spp);
+        film.add_batch(tile(2), &values[8..], spp);
+        let average = |c: usize| values.iter().skip(c).step_by(4).map(|v| f64::from(*v)).sum::<f64>() / 4.0;
+        mean.add_batch_f64(&[0, 1, 2, 3].map(average), spp);
+        assert_eq!(film.mean_standard_error(0).is_finite(), film.batches() > 1);
+    }
+    for channel in 0..4 {
+        close(film.mean_standard_error(channel), mean.standard_error(0, channel), 1e-12, "error of the mean");
+    }
+}
+
+#[test]
 fn total_flux_is_mean_irradiance_times_area() {
     let mut film = Film::new(&settings(4, 4, 2));
     let sums: Vec<f64> = (0..16).flat_map(|p| [f64::from(p % 2), 2.0, 0.0, 5.0, 0.0]).collect();

@@ -8,7 +8,7 @@ use super::{Done, Outcome, device, interrupt, progress::Bar};
 use crate::color::bins::bin_weights;
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::output::SpectralImage;
+use crate::output::difference::{self, Measurement};
 use crate::render::{Summary, render};
 use crate::spectrum::library::Observer;
 use serde_json::json;
@@ -26,8 +26,8 @@ camera/s are the rays per second of the camera pass, all its shading included; r
 
 relMSE is the mean over pixels of ((v - r)^2 - e^2) / (r^2 + 0.01 <r>^2): of luminance from the bins, and the mean over bins. The
 reference r is the EXR given, NAME/reference.exr in the folder given, or reference.exr in the folder SCENE (the scene's file without
-.json) where there is one; it sets the resolution unless --size is given. e, the reference's own error, is read from a file beside it
-whose name ends in _error.exr, one draw of the standard error per pixel and bin; without one it is 0.";
+.json) where there is one; it sets the resolution unless --size is given. e, the reference's own error, is read from its error channels
+or a file beside it whose name ends in _error.exr, one draw of the standard error per pixel and bin; without either it is 0.";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -89,31 +89,18 @@ fn shipped_scenes() -> Result<Vec<PathBuf>> {
 /// What a render is compared with.
 struct Reference {
     path: PathBuf,
-    image: SpectralImage,
-    /// One draw of the standard error per pixel and bin.
-    error: Option<SpectralImage>,
+    measured: Measurement,
 }
 
 impl Reference {
     fn of(args: &Args, scene: &Path) -> Result<Option<Self>> {
         let path = match &args.reference {
             Some(given) if given.is_dir() => given.join(scene.file_stem().unwrap_or_default()).join("reference.exr"),
-            Some(given) => return Self::read(given).map(Some),
+            Some(given) => given.clone(),
             None => scene.with_extension("").join("reference.exr"),
         };
-        if path.exists() { Self::read(&path).map(Some) } else { Ok(None) }
-    }
-
-    fn read(path: &Path) -> Result<Self> {
-        let image = SpectralImage::read(path)?;
-        let mut name = path.file_stem().unwrap_or_default().to_os_string();
-        name.push("_error.exr");
-        let beside = path.with_file_name(name);
-        let error = if beside.exists() { Some(SpectralImage::read(&beside)?) } else { None };
-        if error.as_ref().is_some_and(|e| (e.width, e.height, e.bins()) != (image.width, image.height, image.bins())) {
-            return Err(Error::file(&beside, "its size differs from the reference's", "remove it, or put the right one there"));
-        }
-        Ok(Reference { path: path.to_path_buf(), image, error })
+        let given = args.reference.as_ref().is_some_and(|given| *given == path);
+        if given || path.exists() { Ok(Some(Reference { measured: Measurement::read(&path)?, path })) } else { Ok(None) }
     }
 }
 
@@ -128,7 +115,7 @@ struct Row {
 fn measure(args: &Args, path: &Path) -> Result<Row> {
     let reference = Reference::of(args, path)?;
     let mut overrides = args.overrides.clone();
-    if let (None, Some(Reference { image, .. })) = (overrides.size, &reference) {
+    if let (None, Some(Reference { measured: Measurement { image, .. }, .. })) = (overrides.size, &reference) {
         overrides.size = u32::try_from(image.width).ok().zip(u32::try_from(image.height).ok());
     }
     let scene = match bench_scenes::built_in(path, &overrides.options()) {
@@ -157,9 +144,9 @@ struct RelativeMse {
 }
 
 /// Errors as [`EXAMPLES`] has them. Both luminances come from bin averages by the same weights, so that they differ by what was
-/// rendered alone; errors of different bins are taken to be independent.
+/// rendered alone.
 fn relative_mse(film: &Film, reference: &Reference) -> Result<RelativeMse> {
-    let (bins, image) = (&film.settings().bins, &reference.image);
+    let (bins, image) = (&film.settings().bins, &reference.measured.image);
     let same_bins = image.bins() == film.bins()
         && image.wavelengths_nm.iter().enumerate().all(|(b, nm)| (nm - bins.centre_nm(b as u32)).abs() < 1e-3);
     let (width, height) = (film.settings().width as usize, film.settings().height as usize);
@@ -174,21 +161,12 @@ fn relative_mse(film: &Film, reference: &Reference) -> Result<RelativeMse> {
         return Err(Error::file(&reference.path, problem, "render with the size and bins of the reference"));
     }
     // The error of a weighted sum of bins.
-    let score = |weights: &[f64]| {
-        let sum = |pixel: &mut dyn Iterator<Item = f64>| -> f64 { pixel.zip(weights).map(|(v, w)| v * w).sum() };
-        let values = |p: usize| sum(&mut image.pixel(p).iter().map(|&v| f64::from(v)));
-        let mean = (0..film.pixels()).map(values).sum::<f64>() / film.pixels() as f64;
-        let floor = (0.01 * mean * mean).max(f64::MIN_POSITIVE);
-        let of_pixel = |p: usize| {
-            let (v, r) = (sum(&mut film.pixel(p).iter().copied()), values(p));
-            let own = |e: &SpectralImage| e.pixel(p).iter().zip(weights).map(|(&e, w)| (f64::from(e) * w).powi(2)).sum::<f64>();
-            ((v - r).powi(2) - reference.error.as_ref().map_or(0.0, own)) / (r * r + floor)
-        };
-        (0..film.pixels()).map(of_pixel).sum::<f64>() / film.pixels() as f64
+    let score = |weights: &[(usize, f64)]| {
+        let ours: Vec<f64> = (0..film.pixels()).map(|p| weights.iter().map(|(b, w)| film.bin(p, *b) * w).sum()).collect();
+        difference::relative_mse(&ours, &reference.measured.weighted(weights), &reference.measured.variance(weights))
     };
-    let y: Vec<f64> = bin_weights(bins, Observer::Cie1931).iter().map(|w| w[1]).collect();
-    let single = |b: usize| (0..film.bins()).map(|i| if i == b { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
-    let per_bin = (0..film.bins()).map(|b| score(&single(b))).sum::<f64>() / film.bins() as f64;
+    let y: Vec<(usize, f64)> = bin_weights(bins, Observer::Cie1931).iter().map(|w| w[1]).enumerate().collect();
+    let per_bin = (0..film.bins()).map(|b| score(&[(b, 1.0)])).sum::<f64>() / film.bins() as f64;
     Ok(RelativeMse { luminance: score(&y), bins: per_bin })
 }
 

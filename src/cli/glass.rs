@@ -2,6 +2,7 @@
 
 use super::print::out;
 use super::{Done, Outcome, values};
+use crate::color::cie::VISIBLE_NM;
 use crate::error::{Error, Result};
 use crate::output::plot::{Axis, Curve, Plot};
 use crate::output::{check_writable, write_text};
@@ -25,7 +26,7 @@ source. A scene names a glass by \"ior\": \"N-BK7\".";
 /// Tables print the lines that they begin and end at with fewer digits: 656.27 nm is C.
 const ROUNDING_NM: f64 = 0.01;
 /// The visible range, nm.
-const VISIBLE: (f64, f64) = (380.0, 780.0);
+const VISIBLE: (f64, f64) = (VISIBLE_NM[0], VISIBLE_NM[1]);
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]

@@ -1,10 +1,12 @@
-//! The command line: `abbe render`, `develop`, `devices`, `info`, `check`, `bench`, `probe` and `glass`.
+//! The command line: `abbe render`, `develop`, `devices`, `info`, `check`, `bench`, `compare`, `probe` and `glass`.
 //!
-//! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 2 the request or its input is at
-//! fault (one line says what and what to do), 130 interrupted by Ctrl-C (what was rendered is written first).
+//! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 1 what was
+//! compared is not alike, 2 the request or its input is at fault (one line says what and what to do), 130 interrupted by Ctrl-C (what was
+//! rendered is written first).
 
 mod bench;
 mod bench_scenes;
+mod compare;
 mod develop;
 mod device;
 mod glass;
@@ -22,6 +24,8 @@ use clap::{Parser, Subcommand};
 use print::out;
 use std::process::ExitCode;
 
+/// Exit code of a comparison that finds a difference.
+const DIFFERENT: u8 = 1;
 /// Exit code of a request that cannot be met.
 const FAILED: u8 = 2;
 /// Exit code after Ctrl-C, as shells have it: 128 + SIGINT.
@@ -40,6 +44,7 @@ const EXAMPLES: &str = "Examples:
   abbe develop newton.exr -o n.png --tone agx        another picture of what was rendered
   abbe check my_scene.json                          is the scene right?
   abbe info newton.exr                              what is in a file
+  abbe compare newton.exr reference.exr             how far two files are apart
   abbe probe newton.exr 320,200                     the spectrum of a pixel
   abbe devices                                      what Abbe can render on
   abbe glass N-SF11                                 its refractive indices
@@ -60,6 +65,8 @@ enum Command {
     Check(info::CheckArgs),
     /// Render scenes and print speed and error, one row each
     Bench(bench::Args),
+    /// Say how far two spectral EXRs are apart, and whether that is too far
+    Compare(compare::Args),
     /// Print the spectrum under a pixel or a region of a spectral EXR
     Probe(probe::Args),
     /// Look up the refractive indices of a glass, or list the glasses
@@ -79,11 +86,13 @@ pub fn main() -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Check(args) => info::check(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Probe(args) => probe::run(&args),
         Command::Glass(args) => glass::run(&args),
     });
     match done {
         Ok(Done::Completely) => ExitCode::SUCCESS,
+        Ok(Done::Differently) => ExitCode::from(DIFFERENT),
         Ok(Done::Interrupted) => ExitCode::from(INTERRUPTED),
         Err(e) => {
             print::error(&e.to_string());
@@ -96,6 +105,8 @@ pub fn main() -> ExitCode {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Done {
     Completely,
+    /// A comparison found a difference.
+    Differently,
     Interrupted,
 }
 

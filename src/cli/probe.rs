@@ -19,7 +19,8 @@ const EXAMPLES: &str = "Examples:
   abbe probe newton.exr 320,200 --json
 
 Pixels are counted from 0, to the right and downwards from the upper left corner; 'x,y,w,h' is the mean over w x h pixels from x,y on.
-Errors are standard errors, where the file has them ('abbe render --aov error'); for a region the pixels' are taken as independent.
+Errors are standard errors, where the file has them ('abbe render --aov error'); for a region the pixels' are
+taken as independent, and so come out too small where a lamp with lines gives all pixels the same error.
 XYZ (CIE 1931) come from the file's XYZ channels or, without them, from the bins. The dominant wavelength is towards equal-energy white, and a
 colour temperature is given within |Duv| = 0.05 of a blackbody's colour; where neither means anything, neither is printed.";
 

@@ -69,6 +69,21 @@ pub fn svg(text: &str) -> Result<PathBuf, String> {
     with_ending(text, "svg")
 }
 
+/// A path of a PNG file.
+pub fn png(text: &str) -> Result<PathBuf, String> {
+    with_ending(text, "png")
+}
+
+/// A number from 0 on.
+pub fn limit(text: &str) -> Result<f64, String> {
+    finite(text).ok().filter(|v| *v >= 0.0).ok_or_else(|| "write a number from 0 on, as in 0.5 or 1e-3".to_string())
+}
+
+/// A number.
+pub fn finite(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| "write a number, as in 1.5 or -2".to_string())
+}
+
 fn with_ending(text: &str, ending: &str) -> Result<PathBuf, String> {
     let path = Path::new(text);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending)) {

@@ -7,6 +7,7 @@ pub mod bins;
 pub mod chromaticity;
 pub mod cie;
 pub mod convert;
+pub mod flip;
 pub mod gamut;
 pub mod lab;
 pub mod oklab;

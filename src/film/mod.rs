@@ -10,6 +10,9 @@
 //! (1979), "Updating mean and variance estimates". With equal weights, as in any render but for its last batch, that is the
 //! textbook s^2 / n.
 //!
+//! Pixels of one batch may be correlated too (they share their wavelengths), so the error of the image's mean does not follow from theirs: it is
+//! kept by itself, from the mean of each batch.
+//!
 //! Memory: `16 (bins + 3) + 12` bytes per pixel, 380 for 20 bins.
 
 use crate::error::{Error, Result};
@@ -41,6 +44,20 @@ pub struct Film {
     weight: Vec<f64>,
     /// Batches so far, per pixel.
     batches: Vec<u32>,
+    whole: Whole,
+}
+
+/// The mean over the image of each channel, batch by batch.
+#[derive(Debug, Clone, Default)]
+struct Whole {
+    /// Sums over the pixels of the batch under way of their means, and how many pixels these are.
+    sums: Vec<f64>,
+    pixels: usize,
+    /// As a pixel's: means, weighted sums of squared deviations, samples and batches.
+    mean: Vec<f64>,
+    deviation: Vec<f64>,
+    weight: f64,
+    batches: u32,
 }
 
 impl Film {
@@ -55,6 +72,12 @@ impl Film {
             deviation: vec![0.0; pixels * channels],
             weight: vec![0.0; pixels],
             batches: vec![0; pixels],
+            whole: Whole {
+                sums: vec![0.0; channels],
+                mean: vec![0.0; channels],
+                deviation: vec![0.0; channels],
+                ..Whole::default()
+            },
         }
     }
 
@@ -116,11 +139,14 @@ impl Film {
         let at = pixel * self.channels;
         let mean = &mut self.mean[at..at + self.channels];
         let deviation = &mut self.deviation[at..at + self.channels];
-        for ((mean, deviation), sum) in mean.iter_mut().zip(deviation).zip(sums) {
+        for (((mean, deviation), sum), whole) in mean.iter_mut().zip(deviation).zip(sums).zip(&mut self.whole.sums) {
             let x = sum / w;
-            let delta = x - *mean;
-            *mean += share * delta;
-            *deviation += w * delta * (x - *mean);
+            *whole += x;
+            update(mean, deviation, x, w, share);
+        }
+        self.whole.pixels += 1;
+        if self.whole.pixels == self.weight.len() {
+            self.whole.finish_batch(w);
         }
     }
 
@@ -173,6 +199,15 @@ impl Film {
         }
         let deviation = self.deviation[pixel * self.channels..(pixel + 1) * self.channels][channel];
         (deviation / (f64::from(n - 1) * self.weight[pixel])).sqrt()
+    }
+
+    /// Standard error of the mean of a channel over all pixels, correlations between them included; infinite before the second batch.
+    pub fn mean_standard_error(&self, channel: usize) -> f64 {
+        let whole = &self.whole;
+        if whole.batches < 2 {
+            return f64::INFINITY;
+        }
+        (whole.deviation[channel] / (f64::from(whole.batches - 1) * whole.weight)).sqrt()
     }
 
     /// Standard error of a pixel's Y.
@@ -244,4 +279,25 @@ impl Film {
         }
         sums
     }
+}
+
+impl Whole {
+    /// Takes in the means of a batch of `w` samples per pixel that every pixel has had.
+    fn finish_batch(&mut self, w: f64) {
+        self.weight += w;
+        self.batches += 1;
+        let share = w / self.weight;
+        for ((mean, deviation), sum) in self.mean.iter_mut().zip(&mut self.deviation).zip(&mut self.sums) {
+            update(mean, deviation, *sum / self.pixels as f64, w, share);
+            *sum = 0.0;
+        }
+        self.pixels = 0;
+    }
+}
+
+/// West's recurrence for one more value `x` of weight `w`, which is `share` of all weights so far.
+fn update(mean: &mut f64, deviation: &mut f64, x: f64, w: f64, share: f64) {
+    let delta = x - *mean;
+    *mean += share * delta;
+    *deviation += w * delta * (x - *mean);
 }

@@ -9,6 +9,9 @@
 //! - `error.Y`, on request: the standard error of `XYZ.Y`;
 //! - `error.390,000000nm`, on request: the standard error of that bin.
 //!
+//! The attribute `abbe.meanErrors` has the standard error of every bin's mean over the image, bins in increasing order, blanks between: pixels
+//! may share part of their errors, so it does not follow from theirs.
+//!
 //! The prefixes keep what is not a spectral channel from readers of the layout, and a bare `Y` from viewers that would take the
 //! file for a luminance-chroma picture.
 
@@ -106,6 +109,7 @@ fn attributes(film: &Film, p: &Provenance) -> Vec<(&'static str, AttributeValue)
     let string = |s: &str| AttributeValue::Text(text(s));
     let count = |n: u64| AttributeValue::Text(text(&n.to_string()));
     let bins = &film.settings().bins;
+    let mean_errors: Vec<String> = (0..film.bins()).map(|b| format!("{:e}", film.mean_standard_error(b) as f32)).collect();
     vec![
         ("spectralLayoutVersion", string("1.0")),
         ("emissiveUnits", string("W.m^-2.sr^-1")),
@@ -116,6 +120,7 @@ fn attributes(film: &Film, p: &Provenance) -> Vec<(&'static str, AttributeValue)
         ("abbe.device", string(&p.device)),
         ("abbe.quantity", string(if p.irradiance { "irradiance W.m^-2.nm^-1" } else { "radiance W.m^-2.sr^-1.nm^-1" })),
         ("abbe.range", string(&format!("{} {} nm", bins.min_nm, bins.max_nm))),
+        ("abbe.meanErrors", string(&mean_errors.join(" "))),
         // Counts outgrow the 32 bits of an EXR integer.
         ("abbe.seed", count(p.seed)),
         ("abbe.samples", count(film.samples_per_pixel())),

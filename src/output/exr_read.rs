@@ -4,7 +4,6 @@
 use super::bands::{Bands, Selection};
 use super::exr::error_channel_name;
 use crate::error::{Error, Result};
-use crate::scene::Bins;
 use exr::image::{AnyChannel, FlatSamples};
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::{Compression, ReadChannels, ReadLayers, read};
@@ -159,12 +158,6 @@ impl SpectralImage {
     /// otherwise. A single channel that says nothing is taken to be 1 nm wide.
     pub fn edges_nm(&self) -> &[f64] {
         &self.edges_nm
-    }
-
-    /// As many equal bins between the outermost edges.
-    pub fn equal_bins(&self) -> Bins {
-        let edges = self.edges_nm();
-        Bins { min_nm: edges[0], max_nm: edges[edges.len() - 1], count: self.bins() as u32 }
     }
 
     /// An attribute of the header.

@@ -1,6 +1,7 @@
 //! What leaves the program: spectral EXR, pictures, plots, and the files' safe replacement; and spectral EXRs read back.
 
 mod bands;
+pub mod difference;
 pub mod exr;
 mod exr_read;
 mod exr_xyz;

@@ -1,5 +1,7 @@
 //! Small scenes, and what tells whether two estimates of a film agree.
 
+pub use abbe::output::difference::threshold;
+
 use abbe::film::Film;
 use abbe::reference::ReferenceIntegrator;
 use abbe::render::Integrator;
@@ -171,19 +173,6 @@ pub fn estimate(batches: &[Vec<f64>], value: impl Fn(&[f64]) -> f64) -> (f64, f6
 pub fn image_mean(scene: &Scene, channel: usize) -> impl Fn(&[f64]) -> f64 {
     let channels = scene.film.bins.count as usize + 3;
     move |b| b.chunks(channels).map(|p| p[channel]).sum::<f64>() / (b.len() / channels) as f64
-}
-
-/// Upper quantile of the standard normal distribution (Abramowitz & Stegun 26.2.23, error below 4.5e-4).
-pub fn normal_quantile(p: f64) -> f64 {
-    let t = (-2.0 * p.ln()).sqrt();
-    t - (2.515517 + 0.802853 * t + 0.010328 * t * t) / (1.0 + 1.432788 * t + 0.189269 * t * t + 0.001308 * t.powi(3))
-}
-
-/// Two-sided threshold of Student's t with `dof` degrees of freedom for one of `family` tests, all together at 1e-3
-/// (Sidak; Cornish-Fisher expansion, Abramowitz & Stegun 26.7.5).
-pub fn threshold(family: usize, dof: f64) -> f64 {
-    let z = normal_quantile(0.5 * -f64::exp_m1((-1e-3f64).ln_1p() / family as f64));
-    z + (z.powi(3) + z) / (4.0 * dof) + (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / (96.0 * dof * dof)
 }
 
 /// Both estimators agree in every channel of the whole film and of each of its quarters, and their errors are small enough for that to
