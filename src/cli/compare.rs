@@ -26,9 +26,9 @@ A is held to the reference B. relMSE is the mean over pixels of ((a - b)^2 - e^2
 known. Luminance and colours are those of the bins, of a reflectance under D65. Delta E2000 and FLIP see both at one exposure, B's unless told otherwise: white is D65, as
 bright as an equal-energy spectrum of 2^-EV W m^-2 sr^-1 nm^-1; FLIP clips what is brighter and takes 67 pixels per degree.
 
-z compares each bin's mean over the image with its standard error, all bins together at a false-alarm rate of 1e-3. The errors are those
-that 'abbe render --aov error' writes, of both files or of one (the other then counts as exact), or of a file beside one whose name ends in
-_error.exr. Where a header does not have the errors of the means, those of the pixels are taken as independent.
+z compares each bin's mean over the image with its standard error, all bins together at a false-alarm rate of 1e-3. Abbe's files have the
+errors of the means in their headers. Elsewhere those of the pixels are taken as independent: the channels that 'abbe render --aov error'
+writes, or a file beside the image whose name ends in _error.exr. Where only one file knows its errors, the other counts as exact.
 
 Exit code 0: alike within all that was asked for; 1: not; 2: they cannot be compared.";
 

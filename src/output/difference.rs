@@ -134,7 +134,7 @@ pub fn z_test(a: &Measurement, b: &Measurement, bin: usize, family: usize) -> st
     let ((mean_a, error_a), (mean_b, error_b)) = (a.mean(bin), b.mean(bin));
     let errors = [error_a, error_b];
     if errors.iter().all(Option::is_none) {
-        return Err("neither file has errors; render with --aov error");
+        return Err("neither file has errors; compare files of which one at least does");
     }
     let rounding = (ROUNDING * mean_a.abs().max(mean_b.abs())).powi(2);
     let variance = errors.iter().flatten().map(|e| e.0).sum::<f64>() + rounding;
