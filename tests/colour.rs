@@ -161,18 +161,17 @@ fn ciede2000_is_that_of_sharma() {
     }
 }
 
-/// Greatest Delta E2000 over the ColorChecker under D65 of weights applied to exact bin means.
-fn color_checker_error(bins: &Bins, weights: &[[f64; 3]]) -> f64 {
-    let light = library::illuminant("D65").expect("D65");
-    let (lo, hi) = (bins.min_nm.max(380.0), bins.max_nm.min(780.0));
-    assert!(lo == 380.0 && hi == 780.0, "the patches are known from 380 to 780 nm");
+/// Mean and greatest Delta E2000 over the ColorChecker under `lamp` of weights applied to exact means of bins over 380 to 780 nm.
+fn color_checker_error(lamp: &str, bins: &Bins, weights: &[[f64; 3]]) -> (f64, f64) {
+    let light = library::illuminant(lamp).expect("a lamp");
     let within = |s: Spectrum| {
         let window = Spectrum::Band { center_nm: 580.0, width_nm: 400.0, height: 1.0 };
         Spectrum::Product(Box::new((window, s)))
     };
     let white = cie::xyz_of(&within(light.clone()), Observer::Cie1931);
-    let mut worst: f64 = 0.0;
-    for name in library::reflectance_names() {
+    let names = library::reflectance_names();
+    let (mut sum, mut worst) = (0.0, 0.0f64);
+    for name in &names {
         let lit = Spectrum::Product(Box::new((light.clone(), library::reflectance(name).expect("a patch"))));
         let mut xyz = [0.0; 3];
         for (i, weight) in weights.iter().enumerate() {
@@ -182,9 +181,11 @@ fn color_checker_error(bins: &Bins, weights: &[[f64; 3]]) -> f64 {
             }
         }
         let exact = lab::lab_of_xyz(cie::xyz_of(&within(lit), Observer::Cie1931), white);
-        worst = worst.max(lab::delta_e_2000(lab::lab_of_xyz(xyz, white), exact));
+        let error = lab::delta_e_2000(lab::lab_of_xyz(xyz, white), exact);
+        sum += error;
+        worst = worst.max(error);
     }
-    worst
+    (sum / names.len() as f64, worst)
 }
 
 /// What a picture made from bin averages alone would use: the colour-matching functions integrated over each bin.
@@ -198,19 +199,37 @@ fn plain_weights(bins: &Bins) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn twenty_bins_give_the_color_checker_to_delta_e_0_04() {
+fn more_bins_give_better_colours() {
     let bins = |count| Bins { min_nm: 380.0, max_nm: 780.0, count };
-    let error = |count| color_checker_error(&bins(count), &bins::bin_weights(&bins(count), Observer::Cie1931));
-    let at_20 = error(20);
+    let error = |lamp, count| color_checker_error(lamp, &bins(count), &bins::bin_weights(&bins(count), Observer::Cie1931));
+    let at_20 = error("D65", 20).1;
     assert!(at_20 <= 0.04, "20 bins: {at_20}");
-    let plain = color_checker_error(&bins(20), &plain_weights(&bins(20)));
+    let plain = color_checker_error("D65", &bins(20), &plain_weights(&bins(20))).1;
     assert!((0.5..0.9).contains(&plain), "plain bin averages: {plain}, so the comparison compares nothing");
-    for (count, bound) in
-        [(4, 24.0), (6, 9.0), (8, 1.7), (10, 0.65), (16, 0.25), (32, 0.038), (40, 0.0075), (64, 0.0025), (80, 0.0025)]
-    {
-        let e = error(count);
-        assert!(e <= bound, "{count} bins: {e}");
+    let bounds = [
+        (4, 24.0),
+        (6, 9.0),
+        (8, 1.7),
+        (10, 0.65),
+        (16, 0.25),
+        (20, 0.04),
+        (32, 0.038),
+        (40, 0.0075),
+        (64, 0.0025),
+        (80, 0.0025),
+    ];
+    for (count, bound) in bounds {
+        let all = ["D65", "A", "D50", "E", "LED-B3", "FL11"].map(|lamp| error(lamp, count));
+        let row: Vec<String> = all.iter().map(|(mean, max)| format!("{mean:.4} / {max:.4}")).collect();
+        println!("| {count} | {} |", row.join(" | "));
+        assert!(all[0].1 <= bound, "{count} bins: {}", all[0].1);
     }
+    // The README's figures for lamps: smooth ones to 0.1 on average and 0.3 at most, one with lines to 2.5 on average.
+    for lamp in ["D65", "A", "D50", "E"] {
+        let (mean, max) = error(lamp, 20);
+        assert!(mean <= 0.1 && max <= 0.3, "{lamp}: {mean} {max}");
+    }
+    assert!(error("FL11", 20).0 <= 2.5);
 }
 
 #[test]

@@ -51,6 +51,7 @@ fn provenance() -> Provenance {
     Provenance {
         scene: "spheres \u{2014} two".to_string(),
         scene_hash: "fnv1a64:0".to_string(),
+        max_depth: 64,
         device: "a device".to_string(),
         seed: u64::MAX,
         seconds: 1.5,
@@ -59,6 +60,7 @@ fn provenance() -> Provenance {
             rays: 1 << 40,
             dropped_not_finite: 3,
             dropped_negative: 4,
+            dropped_saturated: 6,
             truncated: 5,
             ..BatchStats::default()
         },
@@ -136,6 +138,7 @@ fn the_header_says_where_the_picture_comes_from() {
         ("EV", "-2"),
         ("abbe.version", env!("CARGO_PKG_VERSION")),
         ("abbe.sceneHash", "fnv1a64:0"),
+        ("abbe.maxDepth", "64"),
         ("abbe.device", "a device"),
         ("abbe.quantity", "radiance W.m^-2.sr^-1.nm^-1"),
         ("abbe.range", "380 780 nm"),
@@ -146,6 +149,7 @@ fn the_header_says_where_the_picture_comes_from() {
         ("abbe.rays", "1099511627776"),
         ("abbe.droppedNotFinite", "3"),
         ("abbe.droppedNegative", "4"),
+        ("abbe.droppedSaturated", "6"),
         ("abbe.truncated", "5"),
     ] {
         assert_eq!(image.attribute(name), Some(value), "{name}");

@@ -110,6 +110,28 @@ fn missing_and_unreadable_scene_files_are_errors() {
 }
 
 #[test]
+fn the_hash_of_a_scene_covers_every_file_that_it_includes() {
+    let here = std::env::temp_dir().join(format!("abbe-hash-{}", std::process::id()));
+    std::fs::create_dir_all(&here).unwrap();
+    let hash = |text: &str, green: &str| {
+        std::fs::write(here.join("scene.json"), text).unwrap();
+        std::fs::write(here.join("green.txt"), green).unwrap();
+        load(&here.join("scene.json"), &LoadOptions::default()).unwrap().source_hash
+    };
+    let text = scene_with("materials", r#"{"m": {"diffuse": {"reflectance": {"file": "green.txt"}}}}"#);
+    let (a, b) = ("400 0.1\n700 0.2\n", "400 0.1\n700 0.3\n");
+    let first = hash(&text, a);
+    assert_eq!(first, hash(&text, a));
+    assert_ne!(first, hash(&text, b), "another spectrum");
+    assert_ne!(first, hash(&(text.clone() + " "), a), "another text");
+    // The buffer of a glTF file counts as well.
+    for file in ["scenes/bunny.glb", "scenes/newton.json"] {
+        assert_ne!(load(&folder(file), &LoadOptions::default()).unwrap().source_hash, 0, "{file}");
+    }
+    std::fs::remove_dir_all(&here).unwrap();
+}
+
+#[test]
 fn a_path_that_leaves_the_folder_is_refused_unless_allowed() {
     let here = std::env::temp_dir().join(format!("abbe-scene-{}", std::process::id()));
     let inside = here.join("inside");

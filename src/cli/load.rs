@@ -1,7 +1,7 @@
 //! The options that say which scene, shared by the commands that take one.
 
 use super::values;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::scene::{LoadOptions, Scene, load};
 use std::path::PathBuf;
 
@@ -47,12 +47,4 @@ impl Overrides {
             max_depth: self.max_depth,
         }
     }
-}
-
-/// A 64-bit FNV-1a hash of the scene file, so that a picture can be told from that of a changed scene. Files it includes are not
-/// hashed.
-pub fn hash(path: &std::path::Path) -> Result<String> {
-    let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot read: {e}"), "check the path"))?;
-    let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325u64, |h, &b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
-    Ok(format!("fnv1a64:{hash:016x}"))
 }

@@ -1,6 +1,6 @@
 //! `abbe render`: from a scene file to a spectral EXR and a picture.
 
-use super::load::{SceneArgs, hash};
+use super::load::SceneArgs;
 use super::print::{duration, note, out, percent, si};
 use super::{Done, Outcome, device, interrupt, progress::Bar, values};
 use crate::color::cie::lacks_for_colour;
@@ -84,7 +84,6 @@ impl From<StopArgs> for Stop {
 pub fn run(args: &Args) -> Outcome {
     let (exr, png) = output_paths(args)?;
     let scene = args.scene.overrides.load(&args.scene.path)?;
-    let scene_hash = hash(&args.scene.path)?;
     // Before the work, not after it.
     check_writable(&exr)?;
     check_writable(&png)?;
@@ -120,7 +119,8 @@ pub fn run(args: &Args) -> Outcome {
         let scene_name = scene.name.clone();
         let origin = Provenance {
             scene: scene_name,
-            scene_hash,
+            scene_hash: format!("fnv1a64:{:016x}", scene.source_hash),
+            max_depth: scene.max_depth,
             device: device.name.clone(),
             seed: args.seed,
             seconds,

@@ -37,8 +37,10 @@ use std::path::Path;
 pub struct Provenance {
     /// The scene's name.
     pub scene: String,
-    /// A hash of the scene file.
+    /// A hash of the scene file and of all files that it includes.
     pub scene_hash: String,
+    /// The greatest number of scattering events on a path.
+    pub max_depth: u32,
     /// The device that rendered it.
     pub device: String,
     /// Seed of the random numbers.
@@ -117,6 +119,7 @@ fn attributes(film: &Film, p: &Provenance) -> Vec<(&'static str, AttributeValue)
         ("abbe.version", string(env!("CARGO_PKG_VERSION"))),
         ("abbe.scene", string(&p.scene)),
         ("abbe.sceneHash", string(&p.scene_hash)),
+        ("abbe.maxDepth", count(p.max_depth.into())),
         ("abbe.device", string(&p.device)),
         ("abbe.quantity", string(if p.irradiance { "irradiance W.m^-2.nm^-1" } else { "radiance W.m^-2.sr^-1.nm^-1" })),
         ("abbe.range", string(&format!("{} {} nm", bins.min_nm, bins.max_nm))),

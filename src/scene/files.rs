@@ -3,6 +3,8 @@
 use super::json::{Node, quoted};
 use crate::error::{Error, Result};
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// No file larger than this is read.
 const LARGEST_FILE: u64 = 2 << 30;
@@ -14,6 +16,8 @@ pub struct Files {
     pub base: PathBuf,
     /// Canonical folder that must not be left, if any.
     pub fence: Option<PathBuf>,
+    /// Hash of all that was read so far, shared with the copies.
+    hash: Arc<AtomicU64>,
 }
 
 impl Files {
@@ -22,12 +26,12 @@ impl Files {
         let base = if base.as_os_str().is_empty() { Path::new(".") } else { base };
         // A folder that cannot be resolved stays as it is: then no file in it will be found inside the fence.
         let fence = (!allow_outside).then(|| base.canonicalize().unwrap_or_else(|_| base.to_path_buf()));
-        Files { base: base.to_path_buf(), fence }
+        Files { base: base.to_path_buf(), fence, hash: Arc::new(AtomicU64::new(0xcbf2_9ce4_8422_2325)) }
     }
 
     /// The same fence, but relative paths start from `folder`.
     pub fn within(&self, folder: &Path) -> Self {
-        Files { base: folder.to_path_buf(), fence: self.fence.clone() }
+        Files { base: folder.to_path_buf(), ..self.clone() }
     }
 
     /// Finds and reads the file that `node` names. Errors: leaves the folder, missing, not a plain file, too large, unreadable.
@@ -63,7 +67,21 @@ impl Files {
         let bytes = read_plain(&canonical).map_err(|problem| {
             node.fail(format!("cannot read {}: {problem}", quoted(name)), "name a plain file of less than 2 GiB")
         })?;
+        self.add_to_hash(&bytes);
         Ok((path, bytes))
+    }
+
+    /// Counts `bytes` among what the scene was read from.
+    pub fn add_to_hash(&self, bytes: &[u8]) {
+        let length = (bytes.len() as u64).to_le_bytes();
+        let fnv1a = |h: u64, b: &u8| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3);
+        let hash = bytes.iter().chain(&length).fold(self.hash(), fnv1a);
+        self.hash.store(hash, Ordering::Relaxed);
+    }
+
+    /// A 64-bit FNV-1a hash of everything that was read, file after file, each with its length.
+    pub fn hash(&self) -> u64 {
+        self.hash.load(Ordering::Relaxed)
     }
 }
 

@@ -39,7 +39,9 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene> {
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let mut loader = if extension == "glb" || extension == "gltf" {
-        gltf::scene(path, &bytes, Files::new(folder, options.allow_outside), options)?
+        let files = Files::new(folder, options.allow_outside);
+        files.add_to_hash(&bytes);
+        gltf::scene(path, &bytes, files, options)?
     } else {
         let text = std::str::from_utf8(&bytes)
             .map_err(|_| Error::file(path, "the scene is not UTF-8 text", "write JSON, or name a .glb or .gltf file"))?;
@@ -48,12 +50,12 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene> {
     if loader.scene.name.is_empty() {
         loader.scene.name = name;
     }
-    Ok(loader.scene)
+    Ok(loader.finish())
 }
 
 /// Loads a scene from JSON text, for which `file` stands in messages and in whose folder `base` its files lie.
 pub fn load_str(json: &str, file: &Path, base: &Path, options: &LoadOptions) -> Result<Scene> {
-    Ok(read(json, file, base, options)?.scene)
+    Ok(read(json, file, base, options)?.finish())
 }
 
 /// A scene in the making.
@@ -89,6 +91,7 @@ impl Loader {
             max_depth: 64,
             reference: Estimator::Backward,
             notes: Vec::new(),
+            source_hash: 0,
         };
         Loader {
             reader: SpectrumReader { files, range },
@@ -115,6 +118,7 @@ fn read(text: &str, file: &Path, base: &Path, options: &LoadOptions) -> Result<L
     }
     let film = film(root.get("film"), &root, options)?;
     let mut loader = Loader::new(Files::new(base, options.allow_outside), film);
+    loader.reader.files.add_to_hash(text.as_bytes());
     if let Some(name) = root.get("name") {
         // One line, whatever it says: the name goes into file headers and messages.
         loader.scene.name = name.string()?.chars().filter(|c| !c.is_control()).take(200).collect();
@@ -268,6 +272,11 @@ pub(super) fn frame(backward: DVec3, up: DVec3) -> Option<DMat3> {
 }
 
 impl Loader {
+    /// The scene, all of whose files have been read.
+    fn finish(self) -> Scene {
+        Scene { source_hash: self.reader.files.hash(), ..self.scene }
+    }
+
     /// Adds a note for the user, once.
     pub(super) fn note(&mut self, note: String) {
         if !self.scene.notes.contains(&note) {

@@ -51,6 +51,9 @@ pub struct Scene {
     pub reference: Estimator,
     /// What the loader wants the user to know (ignored glTF features, extrapolated glass, ...), one line each.
     pub notes: Vec<String>,
+    /// Hash of the scene file and of all files that it includes, so that a picture can be told from that of a changed scene; 0 for a scene that
+    /// was not read from files.
+    pub source_hash: u64,
 }
 
 /// One of the two plain double-precision estimators of [`crate::reference`].

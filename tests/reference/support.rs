@@ -52,6 +52,7 @@ pub fn scene(width: u32, height: u32, count: u32, sensor: Sensor) -> Scene {
         max_depth: 64,
         reference: Estimator::Backward,
         notes: vec![],
+        source_hash: 0,
     }
 }
 

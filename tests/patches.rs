@@ -1,0 +1,131 @@
+//! The ColorChecker through the whole chain: a lamp, patches on the GPU, the film, the spectral EXR, and back to colours.
+
+use abbe::color::lab::{delta_e_2000, lab_of_xyz};
+use abbe::film::Film;
+use abbe::integrator::GpuIntegrator;
+use abbe::output::exr::ErrorChannels;
+use abbe::output::{Provenance, SpectralImage, write_exr};
+use abbe::render::Integrator;
+use abbe::scene::{LoadOptions, Scene, load_str};
+use abbe::spectrum::Spectrum;
+use abbe::spectrum::library::{self, Observer};
+use serde_json::{Value, json};
+use std::f64::consts::PI;
+use std::path::Path;
+
+const COLUMNS: usize = 6;
+const ILLUMINANCE_LX: f64 = 1000.0;
+
+fn reference() -> Value {
+    serde_json::from_str(include_str!("data/colour.json")).expect("colour.json is JSON")
+}
+
+fn triple(v: &Value) -> [f64; 3] {
+    std::array::from_fn(|i| v[i].as_f64().expect("three numbers"))
+}
+
+/// All patches side by side under parallel light, one to a pixel: nothing about them is left to chance but wavelengths.
+fn chart(lamp: &str) -> Scene {
+    let names: Vec<&str> = library::reflectance_names().into_iter().filter(|name| name.starts_with("ColorChecker/")).collect();
+    assert_eq!(names.len(), 24);
+    let material = |name: &&str| (name.to_string(), json!({"diffuse": {"reflectance": {"reflectance": name}}}));
+    let materials: serde_json::Map<String, Value> = names.iter().map(material).collect();
+    let quad = |(i, name): (usize, &&str)| {
+        let corner = [(i % COLUMNS) as f64 - 3.0, 1.0 - (i / COLUMNS) as f64, 0.0];
+        json!({"quad": {"corner": corner, "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}, "material": name})
+    };
+    let light = json!({"spectrum": {"illuminant": lamp}, "illuminance_lx": ILLUMINANCE_LX});
+    let scene = json!({
+        "film": {"width": COLUMNS, "height": 4, "bins": 20},
+        "camera": {"orthographic": {"eye": [0, 0, 5], "target": [0, 0, 0], "height": 4}},
+        "materials": materials,
+        "shapes": names.iter().enumerate().map(quad).collect::<Vec<_>>(),
+        "lights": [{"sun": {"direction": [0, 0, -1], "angle_deg": 0, "irradiance": light}}],
+    });
+    load_str(&scene.to_string(), Path::new("chart.json"), Path::new("."), &LoadOptions::default()).expect("a scene")
+}
+
+/// XYZ as the tables have them: a perfect reflector has Y = 100.
+fn relative(xyz: [f64; 3]) -> [f64; 3] {
+    xyz.map(|v| v * 100.0 * PI / ILLUMINANCE_LX)
+}
+
+/// Delta E2000 of every patch: from the film's XYZ, and from the file's 20 bins.
+fn differences(lamp: &str, expected: impl Fn(&str) -> ([f64; 3], [f64; 3])) -> [Vec<f64>; 2] {
+    let scene = chart(lamp);
+    let mut film = Film::new(&scene.film);
+    let mut integrator = GpuIntegrator::new(&scene, None, 1).expect("an adapter");
+    integrator.render_batch(0, 512, &mut film).expect("a batch");
+
+    let path = std::env::temp_dir().join(format!("abbe-patches-{lamp}-{}.exr", std::process::id()));
+    write_exr(&path, &film, &Provenance::default(), ErrorChannels::None).expect("a file");
+    let mut image = SpectralImage::read(&path).expect("a file");
+    std::fs::remove_file(&path).expect("a file");
+    let stored = image.xyz(Observer::Cie1931, &Spectrum::Constant(1.0)).expect("colours").xyz;
+    image.others.clear();
+    let bins = image.xyz(Observer::Cie1931, &Spectrum::Constant(1.0)).expect("colours").xyz;
+    [stored, bins].map(|xyz| {
+        let names = library::reflectance_names().into_iter().filter_map(|name| name.strip_prefix("ColorChecker/"));
+        let difference = |(name, xyz): (&str, &[f32; 3])| {
+            let (lab, white) = expected(name);
+            delta_e_2000(lab_of_xyz(relative(xyz.map(f64::from)), white), lab)
+        };
+        names.zip(&xyz).map(difference).collect()
+    })
+}
+
+fn greatest(values: &[f64]) -> f64 {
+    values.iter().copied().fold(0.0, f64::max)
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+#[test]
+fn every_patch_has_its_colour_under_every_lamp() {
+    let reference = reference();
+    for lamp in ["D65", "A", "D50", "LED-B3", "E"] {
+        let patches = &reference["patches"]["ColorChecker N Ohta"][lamp];
+        let white = triple(&reference["illuminants"][lamp]["2"]["XYZ"]);
+        let [film, bins] = differences(lamp, |name| (triple(&patches[name]["2"]["Lab"]), white));
+        println!(
+            "{lamp}: film {:.4} mean {:.4} max, 20 bins {:.4} mean {:.4} max",
+            mean(&film),
+            greatest(&film),
+            mean(&bins),
+            greatest(&bins)
+        );
+        assert!(greatest(&film) <= 0.05, "{lamp}: {film:?}");
+        // The peak of a blue LED is as narrow as a bin.
+        let (on_average, at_most) = if lamp == "LED-B3" { (0.2, 0.5) } else { (0.1, 0.3) };
+        assert!(mean(&bins) <= on_average && greatest(&bins) <= at_most, "{lamp}: {bins:?}");
+    }
+}
+
+#[test]
+fn a_lamp_with_lines_is_exact_on_the_film_and_fair_from_the_bins() {
+    let light = library::illuminant("FL11").expect("FL11");
+    // The direct sum of the other tables, over 380 to 780 nm.
+    let sum = |s: &dyn Fn(f64) -> f64| -> [f64; 3] {
+        let cmf = library::observer(Observer::Cie1931);
+        (380..=780).map(f64::from).fold([0.0; 3], |xyz, nm| std::array::from_fn(|i| xyz[i] + s(nm) * cmf.eval(nm)[i]))
+    };
+    let white = sum(&|nm| light.eval(nm));
+    let white_100 = white.map(|v| 100.0 * v / white[1]);
+    let [film, bins] = differences("FL11", |name| {
+        let patch = library::reflectance(&format!("ColorChecker/{name}")).expect("a patch");
+        let xyz = sum(&|nm| light.eval(nm) * patch.eval(nm)).map(|v| 100.0 * v / white[1]);
+        (lab_of_xyz(xyz, white_100), white_100)
+    });
+    println!(
+        "FL11: film {:.4} mean {:.4} max, 20 bins {:.3} mean {:.3} max",
+        mean(&film),
+        greatest(&film),
+        mean(&bins),
+        greatest(&bins)
+    );
+    assert!(greatest(&film) <= 0.05, "{film:?}");
+    assert!(mean(&bins) <= 2.5, "{bins:?}");
+    assert!(mean(&bins) > 0.3, "so few bins cannot tell lines apart: the comparison compares nothing");
+}
