@@ -8,7 +8,8 @@ use exr::image::{AnyChannel, FlatSamples};
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::{Compression, ReadChannels, ReadLayers, read};
 use rayon::prelude::*;
-use std::io::Cursor;
+use std::fs::File;
+use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
 /// What the spectral channels of an image are.
@@ -60,24 +61,32 @@ impl SpectralImage {
     }
 
     fn read_with(path: &Path, bands: Option<&Bands>) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot read: {e}"), "check the path"))?;
-        Self::decode(&bytes, bands).map_err(|problem| Error::file(path, problem, REMEDY))
+        let open = || -> std::io::Result<(File, u64)> {
+            let file = File::open(path)?;
+            let about = file.metadata()?;
+            // A pipe or device could block for ever.
+            if about.is_file() { Ok((file, about.len())) } else { Err(std::io::Error::other("this is not a plain file")) }
+        };
+        let (file, length) = open().map_err(|e| Error::file(path, format!("cannot read: {e}"), "check the path"))?;
+        Self::decode(BufReader::new(file), length, bands).map_err(|problem| Error::file(path, problem, REMEDY))
     }
 
     /// Reads a file that is in memory; the error says what is wrong with it.
     pub fn from_bytes(bytes: &[u8]) -> std::result::Result<Self, String> {
-        Self::decode(bytes, None)
+        Self::decode(Cursor::new(bytes), bytes.len() as u64, None)
     }
 
-    fn decode(bytes: &[u8], bands: Option<&Bands>) -> std::result::Result<Self, String> {
-        check_size(bytes)?;
+    /// Decodes the `length` bytes of `source`.
+    fn decode(mut source: impl Read + Seek + Send, length: u64, bands: Option<&Bands>) -> std::result::Result<Self, String> {
+        check_size(&mut source, length)?;
+        source.rewind().map_err(|e| format!("cannot be read twice: {e}"))?;
         let image = read()
             .no_deep_data()
             .largest_resolution_level()
             .all_channels()
             .all_layers()
             .all_attributes()
-            .from_buffered(Cursor::new(bytes))
+            .from_buffered(source)
             .map_err(|e| format!("not a readable EXR: {e}"))?;
 
         let spectral = |list: &[AnyChannel<FlatSamples>]| {
@@ -167,17 +176,16 @@ impl SpectralImage {
 }
 
 /// Refuses a header that promises more pixels than the file can hold, before anyone allocates for them.
-fn check_size(bytes: &[u8]) -> std::result::Result<(), String> {
-    let meta =
-        exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| format!("not a readable EXR: {e}"))?;
+fn check_size(source: impl Read + Seek, length: u64) -> std::result::Result<(), String> {
+    let meta = exr::meta::MetaData::read_from_buffered(source, false).map_err(|e| format!("not a readable EXR: {e}"))?;
     for header in &meta.headers {
         let (width, height) = (header.layer_size.width() as u128, header.layer_size.height() as u128);
         let per_pixel: u128 = header.channels.list.iter().map(|c| c.sample_type.bytes_per_sample() as u128).sum();
         // Deflate packs at most 1032:1; the wavelet and lossy schemes have no such bound, so they get a flat allowance.
         let packing: u128 = if header.compression == Compression::Uncompressed { 1 } else { 1032 };
-        let most = packing * bytes.len() as u128 + (64 << 20);
+        let most = packing * u128::from(length) + (64 << 20);
         if width * height * per_pixel > most {
-            return Err(format!("the header promises {width}x{height} pixels, more than {} bytes can hold", bytes.len()));
+            return Err(format!("the header promises {width}x{height} pixels, more than {length} bytes can hold"));
         }
         if header.channels.list.iter().any(|c| c.sampling != exr::prelude::Vec2(1, 1)) {
             return Err("subsampled channels are not supported".to_string());
