@@ -25,7 +25,7 @@ fn light_on_sensor(ray: Ray) -> Ray {
     if (light.weight <= 0.0 || pdf <= 0.0) {
         return ray;
     }
-    let w = light_mis(light, pdf) * pdf;
+    let w = connection_weight(light, Vertex(ray.o, 1.0, pdf * PI, pdf, 0.0, false, 0.0)) * pdf;
     for (var k = 0u; k < LANES4; k++) {
         pending[k] = w * beta[k] * light_spectrum(light, k);
     }
@@ -36,13 +36,23 @@ fn light_on_sensor(ray: Ray) -> Ray {
 }
 #endif
 
+var<private> sampled_pixel: u32;
+
 fn begin_path(pixel: vec2u, sample: u32) -> Ray {
-    start_sampler(pixel.y * params.image_width + pixel.x, params.batch, params.seed, sample);
+    sampled_pixel = pixel.y * params.image_width + pixel.x;
+    start_sampler(sampled_pixel, params.batch, params.seed, sample);
     pass_base = (sample - params.first_sample) * params.spectra_stride;
     let ray = start_ray(pixel);
     start_path(ray);
 #if INTERIORS
     inside = params.inside;
+#endif
+#if CAUSTICS
+#if !SENSOR_CAMERA
+    // The sensor is like a diffuse surface, at which paths begin evenly over a pixel.
+    path.joins = f32(params.light_paths) * PI * sensor_area() / f32(params.image_width * params.image_height);
+    path.view = VIEW_SCATTERED;
+#endif
 #endif
 #if LIT_SENSOR
     return light_on_sensor(ray);
@@ -62,6 +72,10 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
     var sample = params.first_sample;
     let end = params.first_sample + params.samples;
     var rays = 0u;
+#if GATHERED
+    // Points outlive the dispatch.
+    point_slot = ((params.first_block + group.x) * 64u + local) * params.samples;
+#endif
     var ray = begin_path(pixel, sample);
     loop {
         let hit = trace(ray);
@@ -78,6 +92,9 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
         if (path.ended) {
             store_sample(first_slot + sample - params.first_sample);
             sample += 1u;
+#if GATHERED
+            point_slot += 1u;
+#endif
             if (sample >= end) {
                 break;
             }

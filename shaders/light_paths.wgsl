@@ -1,5 +1,5 @@
-// The light pass: caustics. Paths from the lights that leave by way of a smooth surface are joined to the sensor wherever they scatter after that.
-// The camera pass leaves just those paths to this one, so that nothing is counted twice. One invocation traces one path of each pass.
+// The light pass: caustics. Paths from the lights that meet something that bends them first are joined to the sensor wherever they scatter after that, and
+// to the visible points of the camera pass. One invocation traces one path of each pass.
 #include "common/math.wgsl"
 #include "common/sampler.wgsl"
 #include "common/bindings.wgsl"
@@ -19,9 +19,7 @@ fn begin_path(index: u32, sample: u32) -> Ray {
     start_sampler(0xffffffffu, params.batch, params.seed, sample * params.light_paths + index);
     pass_of_path = sample - params.first_sample;
     pass_base = pass_of_path * params.spectra_stride;
-    let ray = emit();
-    start_path(ray);
-    return ray;
+    return emit();
 }
 
 @compute @workgroup_size(64)

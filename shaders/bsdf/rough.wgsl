@@ -18,6 +18,15 @@ fn conductor_missing(table: u32, mu: f32) -> f32 {
     return mix(tables[at], tables[at + 1u], c.y);
 }
 
+fn pdf_rough_conductor(m: Material, wo: vec3f, wi: vec3f) -> f32 {
+    if (wo.z <= 0.0 || wi.z <= 0.0) {
+        return 0.0;
+    }
+    let h = normalize(wo + wi);
+    let visible = pdf_visible_normal(wo, h, m.alpha) / (4.0 * max(dot(wo, h), 1e-10));
+    return mix(visible, wi.z * INV_PI, conductor_missing(m.table, wo.z));
+}
+
 // Fills bsdf_f; returns the pdf.
 fn eval_rough_conductor(m: Material, wo: vec3f, wi: vec3f) -> f32 {
     if (wi.z <= 0.0) {

@@ -25,7 +25,14 @@ fn index_around(k: u32) -> vec4f {
 #if ROUGH
 #include "bsdf/rough.wgsl"
 #endif
-#include "light/mis.wgsl"
 #if LIGHTS_PRESENT
 #include "light/lights.wgsl"
+#endif
+#if CAUSTICS
+#include "light/aim.wgsl"
+#include "sensor/density.wgsl"
+#endif
+#include "integrator/techniques.wgsl"
+#if GATHERED
+#include "integrator/visible_points.wgsl"
 #endif

@@ -20,6 +20,11 @@ fn draw_event() {
 fn next_segment(o: vec3f, d: vec3f, from_primitive: u32, vertex: vec3f, pdf: f32) -> Ray {
     path.pdf = pdf;
     path.last_vertex = vertex;
+#if CAUSTICS
+#if CAMERA_PATHS
+    path.bends = path.bends || pdf < 0.0;
+#endif
+#endif
     return Ray(o, INFINITE, d, from_primitive, NONE, false);
 }
 
@@ -37,19 +42,22 @@ fn survives_roulette() -> bool {
     return event_choice.y < p;
 }
 
-// Counts an event (`is_smooth`: with no choice but a mirrored or refracted direction); false if the path ends here, because it is too long or
-// because the other pass finds all that could follow.
-fn count_event(is_smooth: bool) -> bool {
+// Counts an event at `p`; false if the path ends here, because it is too long, or because only the other pass finds what could follow.
+fn count_event(p: vec3f, bends: bool) -> bool {
     if (path.depth >= params.max_depth) {
         atomicAdd(&counters[COUNTER_TRUNCATED], 1u);
         return false;
     }
     path.depth += 1u;
-    if (path.depth == 1u) {
-        path.first_is_smooth = is_smooth;
-    }
+#if CAUSTICS
+    path.length += distance(p, path.last_vertex);
 #if LIGHT_PATHS
-    return path.first_is_smooth;
+    path.is_offered = path.is_offered || (path.depth == 1u && bends);
+    return path.is_offered;
+#else
+    path.view = select(path.view, VIEW_BENT, bends && path.view == VIEW_DIRECT);
+    return true;
+#endif
 #else
     return true;
 #endif
@@ -91,11 +99,6 @@ fn light_spectrum(light: LightSample, k: u32) -> vec4f {
 }
 #endif
 
-// Share of a light sample whose direction the scattering would have chosen with pdf `pdf`.
-fn light_mis(light: LightSample, pdf: f32) -> f32 {
-    return light.weight * select(1.0, light.pdf / (light.pdf + pdf), light.pdf > 0.0);
-}
-
 // Sends the shadow ray of `pending` first, `next` after it (or nothing, if the path does not survive).
 fn shadow_then(next: Ray, survives: bool, light: LightSample, o: vec3f, from_primitive: u32) -> Ray {
     next_ray = next;
@@ -133,16 +136,28 @@ fn scatter_in_medium(ray: Ray, t: f32, m: Interior) -> Ray {
 #if CONTACT
     leaving_contact = NONE;
 #endif
-    if (!count_event(false)) {
+    let p = ray.o + t * ray.d;
+#if LIGHT_PATHS
+    let bends = path.is_directed;
+#else
+    let bends = false;
+#endif
+    if (!count_event(p, bends)) {
         return end_path(ray);
     }
-    let p = ray.o + t * ray.d;
+    var extinction = 0.0;
+    for (var k = 0u; k < LANES4; k++) {
+        extinction = max(extinction, max4(sigma_t(m, k)));
+    }
+#if GATHERED
+    gather_in_fog(ray, p, m, extinction);
+#endif
 #if CONNECT
     let light = connect(p, event_choice.x, event_light);
     let lit = light.weight > 0.0;
     if (lit) {
         let phase = phase_hg(dot(ray.d, light.wi), m.g);
-        let w = light_mis(light, phase) * phase;
+        let w = connection_weight(light, Vertex(p, 1.0, 1.0, phase, phase, false, extinction)) * phase;
         for (var k = 0u; k < LANES4; k++) {
             pending[k] = w * beta[k] * light_spectrum(light, k);
         }
@@ -151,7 +166,9 @@ fn scatter_in_medium(ray: Ray, t: f32, m: Interior) -> Ray {
 #endif
     let d = sample_hg(ray.d, m.g, event_direction);
     let survives = survives_roulette();
-    let next = next_segment(p, d, NONE, p, phase_hg(dot(ray.d, d), m.g));
+    let phase = phase_hg(dot(ray.d, d), m.g);
+    leave_vertex(Vertex(p, 1.0, 1.0, phase, phase, false, extinction));
+    let next = next_segment(p, d, NONE, p, phase);
 #if CONNECT
     if (lit) {
         return shadow_then(next, survives, light, p, NONE);
@@ -163,6 +180,15 @@ fn scatter_in_medium(ray: Ray, t: f32, m: Interior) -> Ray {
 
 #if DIFFUSE
 fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray {
+    let cos_from = -dot(ray.d, ns);
+#if LIGHT_PATHS
+    if (cos_from <= 0.0) {
+        return end_path(ray);
+    }
+#endif
+#if GATHERED
+    gather_at_surface(ray, s.p, n, ns, abs(cos_from), m);
+#endif
     for (var k = 0u; k < LANES4; k++) {
         beta[k] *= spectrum(m.a, k);
     }
@@ -172,7 +198,8 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
     let lit = light.weight > 0.0 && cos_light > 0.0 && dot(n, light.wi) > 0.0;
     if (lit) {
         let pdf = cos_light * INV_PI;
-        let w = light_mis(light, pdf) * pdf * adjoint_correction(ray.d, light.wi, n, ns);
+        let v = Vertex(s.p, abs(cos_from), cos_light, pdf, abs(cos_from) * INV_PI, false, 0.0);
+        let w = connection_weight(light, v) * pdf * adjoint_correction(ray.d, light.wi, n, ns);
         for (var k = 0u; k < LANES4; k++) {
             pending[k] = w * beta[k] * light_spectrum(light, k);
         }
@@ -185,6 +212,7 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
     let d = normalize(frame_around(ns) * local);
     scale_beta(adjoint_correction(ray.d, d, n, ns));
     let survives = survives_roulette() && dot(n, d) > 0.0;
+    leave_vertex(Vertex(s.p, abs(cos_from), local.z, local.z * INV_PI, abs(cos_from) * INV_PI, false, 0.0));
     let next = next_segment(leave(s, d), d, s.primitive, s.p, local.z * INV_PI);
 #if CONNECT
     if (lit) {
@@ -220,7 +248,10 @@ fn scatter_rough_conductor(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3
     let light = connect(s.p, event_choice.x, event_light);
     var lit = light.weight > 0.0 && dot(n, light.wi) > 0.0;
     if (lit) {
-        let w = light_mis(light, eval_rough_conductor(m, wo, light.wi * frame)) * adjoint_correction(ray.d, light.wi, n, ns);
+        let wl = light.wi * frame;
+        let pdf = eval_rough_conductor(m, wo, wl);
+        let v = Vertex(s.p, wo.z, abs(wl.z), pdf, pdf_rough_conductor(m, wl, wo), true, 0.0);
+        let w = connection_weight(light, v) * adjoint_correction(ray.d, light.wi, n, ns);
         for (var k = 0u; k < LANES4; k++) {
             pending[k] = w * beta[k] * bsdf_f[k] * light_spectrum(light, k);
         }
@@ -237,6 +268,7 @@ fn scatter_rough_conductor(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3
     }
     scale_beta(adjoint_correction(ray.d, d, n, ns));
     let survives = survives_roulette() && dot(n, d) > 0.0;
+    leave_vertex(Vertex(s.p, wo.z, abs(wi.z), pdf, pdf_rough_conductor(m, wi, wo), true, 0.0));
     let next = next_segment(leave(s, d), d, s.primitive, s.p, pdf);
 #if CONNECT
     if (lit) {

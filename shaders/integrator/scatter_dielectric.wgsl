@@ -1,23 +1,55 @@
 // The boundary between two volumes: reflection, refraction, and the parting of wavelengths.
 
 #if DISPERSION
-// Keeps one wavelength of a path that still carries all of them; returns its lane. Camera paths take each alike, since what their light will be
-// is unknown; light paths know it, and take each by its power.
+// Keeps one wavelength of a path that still carries all of them; returns its lane. Camera paths of a pass choose among the same few lanes, as even over a
+// pixel's samples as can be; light paths choose by power, but half of them, where they are gathered, what the camera paths choose.
 fn part_wavelengths() -> u32 {
-#if LIGHT_PATHS
-    let total = sum_beta();
-    path.lane = sample_lane(event_light.x);
+#if CAMERA_PATHS || GATHERED
+    let lanes = fetch(spectra, pass_base + params.spectra_stride - 3u);
+    // 1 / (4 times the probability of the lane): the sum over a lane is 1 in the mean of all passes.
+    let weights = bitcast<vec4f>(fetch(spectra, pass_base + params.spectra_stride - 2u));
+#endif
+#if CAMERA_PATHS
+    let choice = ((sampler_index & 1u) << 1u | ((sampler_index >> 1u) & 1u)) ^ (sampler_pixel & 3u);
+    path.lane = u32(pick(vec4f(lanes), choice));
+    let weight = 4.0 * pick(weights, choice);
     for (var k = 0u; k < LANES4; k++) {
-        beta[k] = total * one_hot(path.lane, k);
+        beta[k] *= weight * one_hot(path.lane, k);
     }
 #else
-    path.lane = min(u32(event_light.x * f32(LANES)), LANES - 1u);
+    let total = sum_beta();
+    var u = event_light.x;
+#if GATHERED
+    let power = weights * vec4f(beta_at(lanes.x), beta_at(lanes.y), beta_at(lanes.z), beta_at(lanes.w));
+    let total_few = sum4(power);
+    let among_few = select(0.0, 0.5, total_few > 0.0);
+    if (u < among_few) {
+        let at = 2.0 * u * total_few;
+        let upto = vec3f(power.x, power.x + power.y, power.x + power.y + power.z);
+        path.lane = u32(pick(vec4f(lanes), select(0u, 1u, at >= upto.x) + select(0u, 1u, at >= upto.y) + select(0u, 1u, at >= upto.z)));
+    } else {
+        path.lane = sample_lane((u - among_few) / (1.0 - among_few));
+    }
+    let own = sum4(select(vec4f(0.0), power, lanes == vec4u(path.lane)));
+    let probability = among_few * safe_ratio(own, total_few) + (1.0 - among_few) * safe_ratio(beta_at(path.lane), total);
+#else
+    path.lane = sample_lane(u);
+    let probability = safe_ratio(beta_at(path.lane), total);
+#endif
+    // Zero for a path that carries nothing.
+    let kept = safe_ratio(beta_at(path.lane), probability);
     for (var k = 0u; k < LANES4; k++) {
-        beta[k] *= f32(LANES) * one_hot(path.lane, k);
+        beta[k] = kept * one_hot(path.lane, k);
     }
 #endif
     return path.lane;
 }
+
+#if CAMERA_PATHS || GATHERED
+fn pick(v: vec4f, i: u32) -> f32 {
+    return select(select(v.x, v.y, i == 1u), select(v.z, v.w, i == 3u), i >= 2u);
+}
+#endif
 #endif
 
 // `sides` are the volumes before and behind the surface.
@@ -30,7 +62,7 @@ fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, sides: Sides) -> Ray
         inside = beyond;
         return pass_through(ray, s);
     }
-    if (!count_event(m.kind == MATERIAL_KIND_SMOOTH_DIELECTRIC)) {
+    if (!count_event(s.p, true)) {
         return end_path(ray);
     }
     let flip = select(-1.0, 1.0, dot(ray.d, s.n) < 0.0);
@@ -98,6 +130,18 @@ fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, sides: Sides) -> Ray
 }
 
 #if ROUGH_DIELECTRIC
+// Densities of one wavelength, the same for all: that of the path's mixture is unknown at its other end.
+fn rough_vertex(s: Surface, m: Material, wo: vec3f, wi: vec3f, eta: f32) -> Vertex {
+    let pdf = rough_dielectric_lane(m, wo, wi, eta).y;
+    var reverse = 0.0;
+    if (wi.z > 0.0) {
+        reverse = rough_dielectric_lane(m, wi, wo, eta).y;
+    } else {
+        reverse = rough_dielectric_lane(m, -wi, -wo, 1.0 / eta).y;
+    }
+    return Vertex(s.p, wo.z, abs(wi.z), pdf, reverse, true, 0.0);
+}
+
 fn scatter_rough_dielectric(
     ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f, here: vec4u, beyond: vec4u, near_row: u32, far_row: u32,
 ) -> Ray {
@@ -106,12 +150,14 @@ fn scatter_rough_dielectric(
     if (wo.z <= 0.0) {
         return end_path(ray);
     }
+    let eta = spectrum_at(far_row, LANES / 2u) / spectrum_at(near_row, LANES / 2u);
 #if CONNECT
     let light = connect(s.p, event_choice.x, event_light);
     let wl = light.wi * frame;
     let lit = light.weight > 0.0 && dot(n, light.wi) * wl.z > 0.0;
     if (lit) {
-        let w = light_mis(light, eval_rough_dielectric(m, wo, wl, near_row, far_row)) * adjoint_correction(ray.d, light.wi, n, ns);
+        eval_rough_dielectric(m, wo, wl, near_row, far_row);
+        let w = connection_weight(light, rough_vertex(s, m, wo, wl, eta)) * adjoint_correction(ray.d, light.wi, n, ns);
         for (var k = 0u; k < LANES4; k++) {
             pending[k] = w * beta[k] * bsdf_f[k] * light_spectrum(light, k);
         }
@@ -128,7 +174,9 @@ fn scatter_rough_dielectric(
     inside = select(beyond, here, wi.z > 0.0);
     scale_beta(adjoint_correction(ray.d, d, n, ns));
     let survives = dot(n, d) * wi.z > 0.0 && survives_roulette();
-    let next = next_segment(leave(s, d), d, s.primitive, s.p, pdf);
+    let v = rough_vertex(s, m, wo, wi, eta);
+    leave_vertex(v);
+    let next = next_segment(leave(s, d), d, s.primitive, s.p, v.pdf);
 #if CONNECT
     if (lit) {
         return shadow_then(next, survives, light, leave(s, light.wi), s.primitive);

@@ -8,9 +8,30 @@ struct Path {
     last_vertex: vec3f, // where that direction was chosen
     crossings: u32, // surfaces passed straight through; bounds the loop
     lane: u32, // the one wavelength left after a dispersive refraction, or NONE
-    first_is_smooth: bool, // the first event was at a smooth mirror or glass
     start: f32, // mean throughput at the start
+#if CAUSTICS
+    length: f32, // way so far; of a light path, from the last vertex at which it could be gathered
+#if CAMERA_PATHS
+    joins: f32, // density of light paths for this one, over that of emission (techniques.wgsl)
+    bends: bool, // the last event was at metal or glass
+    view: u32, // VIEW_*: what lies between the sensor and the path's end
+#else
+    is_offered: bool, // light paths may find what follows
+    is_directed: bool, // from a spot or a beam
+    emission: f32, // number of light paths times the density of emission
+    chance: f32, // density of camera paths that hit or sample the light
+    gathers: f32, // cosine over pdf for a camera path at the last vertex at which this one could be gathered, or 0
+    extinction: f32, // of the fog there
+    light: u32,
+    light_texel: u32, // of an environment picture
+    light_normal: vec3f,
+#endif
+#endif
 }
+
+const VIEW_DIRECT = 0u; // nothing
+const VIEW_BENT = 1u; // metal or glass only
+const VIEW_SCATTERED = 2u;
 
 var<private> path: Path;
 
@@ -28,7 +49,11 @@ fn start_path(ray: Ray) {
 #if CONTACT
     leaving_contact = NONE;
 #endif
-    path = Path(false, false, 0u, -1.0, ray.o, 0u, NONE, false, sum_beta() / f32(LANES));
+    path = Path();
+    path.pdf = -1.0;
+    path.last_vertex = ray.o;
+    path.lane = NONE;
+    path.start = sum_beta() / f32(LANES);
 }
 
 fn end_path(ray: Ray) -> Ray {
@@ -49,24 +74,18 @@ fn pass_through(ray: Ray, s: Surface) -> Ray {
 #endif
 
 #if CAMERA_PATHS
-// True for light that arrives by way of a smooth surface at a path that began with a scattering: a caustic, which is the light pass's to find.
-fn left_to_light_pass() -> bool {
-#if LIGHT_PASS
-#if SENSOR_CAMERA
-    return path.pdf < 0.0 && path.depth > 0u && !path.first_is_smooth;
-#else
-    return path.pdf < 0.0 && path.depth > 0u;
-#endif
-#else
-    return false;
-#endif
-}
-
 #if LIGHT_AREA
 fn add_emission(ray: Ray, s: Surface) {
     let light = light_at(s.light);
-    if (emits_towards(light, -dot(s.n, ray.d)) && !left_to_light_pass()) {
-        let w = mis_weight(path.pdf, pdf_area_light(s.light, path.last_vertex, distance(s.p, path.last_vertex), ray.d, s.n));
+    let cos_theta = -dot(s.n, ray.d);
+    if (emits_towards(light, cos_theta)) {
+        var emission = 0.0;
+#if CAUSTICS
+        if (path.bends) {
+            emission = emission_density(light, s.p, -ray.d, cos_theta, NONE);
+        }
+#endif
+        let w = chance_share(pdf_area_light(s.light, path.last_vertex, distance(s.p, path.last_vertex), ray.d, s.n), emission);
         for (var k = 0u; k < LANES4; k++) {
             li[k] += w * beta[k] * spectrum(light.row, k);
         }
@@ -150,7 +169,7 @@ fn is_opaque(kind: u32) -> bool {
 fn advance(ray: Ray, hit: Hit) -> Ray {
     draw_event();
 #if LIGHT_PATHS
-#if !SENSOR_CAMERA
+#if CROSSINGS
     record_crossing(ray, hit.t);
 #endif
 #endif
@@ -166,9 +185,7 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
     if (hit.primitive == NONE) {
 #if CAMERA_PATHS
 #if LIGHT_ENVIRONMENT
-        if (!left_to_light_pass()) {
-            add_environment(ray.d, path.pdf);
-        }
+        add_environment(ray.d);
 #endif
 #endif
         return end_path(ray);
@@ -213,8 +230,7 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
         return pass_through(ray, s);
     }
 #endif
-    let is_smooth = m.kind == MATERIAL_KIND_SMOOTH_CONDUCTOR || m.kind == MATERIAL_KIND_THIN_DIELECTRIC;
-    if (!count_event(is_smooth)) {
+    if (!count_event(s.p, m.kind != MATERIAL_KIND_DIFFUSE)) {
         return end_path(ray);
     }
     return scatter_at_surface(ray, s, m);

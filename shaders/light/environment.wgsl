@@ -71,21 +71,32 @@ fn sample_environment_image(light: Light, u: vec2f) -> LightSample {
     s.distance = INFINITE;
     s.texel = at;
     s.row = light.row;
-    s.pdf = light.probability * pdf_environment_image(at);
-    s.weight = 1.0 / s.pdf;
+    s.density = light.probability * pdf_environment_image(at);
+    s.weight = 1.0 / s.density;
+    s.chance = 1.0;
     return s;
 }
 #endif
 
 #if CAMERA_PATHS
-// Adds what an escaping ray sees; `pdf` is that of its direction, or negative where no light sample could have made it.
-fn add_environment(d: vec3f, pdf: f32) {
+// Density of the light paths that come in along a ray escaping towards `d`.
+fn distant_emission(light: Light, d: vec3f, at: u32) -> f32 {
+#if CAUSTICS
+    if (path.bends) {
+        return emission_density(light, path.last_vertex, -d, 1.0, at);
+    }
+#endif
+    return 0.0;
+}
+
+// Adds what an escaping ray sees.
+fn add_environment(d: vec3f) {
     for (var i = FIRST_DISTANT_LIGHT; i < LIGHTS; i++) {
         let light = light_at(i);
         switch light.kind {
 #if ENV_CONSTANT
             case LIGHT_KIND_CONSTANT: {
-                let w = mis_weight(pdf, light.probability / (4.0 * PI));
+                let w = chance_share(light.probability / (4.0 * PI), distant_emission(light, d, NONE));
                 for (var k = 0u; k < LANES4; k++) {
                     li[k] += w * beta[k] * spectrum(light.row, k);
                 }
@@ -94,7 +105,7 @@ fn add_environment(d: vec3f, pdf: f32) {
 #if ENV_IMAGE
             case LIGHT_KIND_IMAGE: {
                 let at = environment_texel(light, d);
-                let w = mis_weight(pdf, light.probability * pdf_environment_image(at));
+                let w = chance_share(light.probability * pdf_environment_image(at), distant_emission(light, d, at));
                 for (var k = 0u; k < LANES4; k++) {
                     li[k] += w * beta[k] * environment_radiance(light, at, k);
                 }
@@ -106,7 +117,7 @@ fn add_environment(d: vec3f, pdf: f32) {
                 let v = d + light.p1.xyz;
                 // |d - axis|^2 = 2 (1 - cos): keeps its digits for a small sun.
                 if (omc > 0.0 && dot(v, v) <= 2.0 * omc) {
-                    let w = mis_weight(pdf, light.probability / (2.0 * PI * omc));
+                    let w = chance_share(light.probability / (2.0 * PI * omc), distant_emission(light, d, NONE));
                     for (var k = 0u; k < LANES4; k++) {
                         li[k] += w * beta[k] * spectrum(light.row, k);
                     }

@@ -4,8 +4,13 @@ struct LightSample {
     wi: vec3f, // towards the light, unit; zero if there is nothing to see
     distance: f32,
     weight: f32, // radiance (or intensity, irradiance) of `row` times this is the incident light per pdf
-    pdf: f32, // solid angle, choice of light included; 0 for a light of zero size
+    density: f32, // of the sample: pdf per solid angle, choice of light included; for a light of zero size 1 / (weight without its shape)
+    chance: f32, // 1 for a light that can be hit by chance, else 0
     row: u32,
+#if CAUSTICS
+    index: u32,
+    is_directed: bool, // a spot or a beam, of whose fog light paths find more
+#endif
     primitive: u32, // the emitting primitive, or NONE
 #if ENV_IMAGE
     texel: u32, // texel of the environment's picture, or NONE
@@ -51,6 +56,27 @@ fn pdf_area_light(index: u32, p: vec3f, t: f32, d: vec3f, n: vec3f) -> f32 {
     }
 #endif
     return light.probability * t * t / (light.area * max(abs(dot(n, d)), 1e-20));
+}
+
+// Normal of a light's surface at its point `p`.
+fn normal_of_light(light: Light, p: vec3f) -> vec3f {
+    switch light.kind {
+#if LIGHT_TRIANGLE
+        case LIGHT_KIND_TRIANGLE: {
+            return normalize(cross(light.p1.xyz - light.p0.xyz, light.p2.xyz - light.p0.xyz));
+        }
+#endif
+#if LIGHT_DISC
+        case LIGHT_KIND_DISC: {
+            return light.p1.xyz;
+        }
+#endif
+        default: {
+            // A sphere, or with its axis a cylinder.
+            let v = p - light.p0.xyz;
+            return normalize(v - dot(v, light.p1.xyz) * light.p1.xyz);
+        }
+    }
 }
 
 fn emits_towards(light: Light, cos_theta: f32) -> bool {
@@ -103,6 +129,7 @@ fn sample_area_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
     var s = no_light();
     s.row = light.row;
     s.primitive = light.primitive;
+    s.chance = 1.0;
 #if LIGHT_SPHERE
     if (light.kind == LIGHT_KIND_SPHERE) {
         let v = light.p0.xyz - p;
@@ -114,8 +141,8 @@ fn sample_area_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
             let b = dot(v, s.wi);
             let l = v - b * s.wi;
             s.distance = b - sqrt(max(0.0, r * r - dot(l, l)));
-            s.pdf = light.probability / (2.0 * PI * omc);
-            s.weight = 1.0 / s.pdf;
+            s.density = light.probability / (2.0 * PI * omc);
+            s.weight = 1.0 / s.density;
             return s;
         }
     }
@@ -146,8 +173,8 @@ fn sample_area_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
 #endif
     s.wi = wi;
     s.distance = sqrt(d2);
-    s.pdf = light.probability * d2 / (light.area * abs(cos_theta));
-    s.weight = 1.0 / s.pdf;
+    s.density = light.probability * d2 / (light.area * abs(cos_theta));
+    s.weight = 1.0 / s.density;
     return s;
 }
 #endif
@@ -157,10 +184,20 @@ fn sample_area_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
 #endif
 
 #if CAMERA_PATHS
+#if LIGHT_SAMPLES
 // Light incident at `p`, from one light of the scene.
 fn sample_light(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     let index = choose_light(u_choice);
     let light = light_at(index);
+    var s = sample_light_of(light, p, u);
+#if CAUSTICS
+    s.index = index;
+    s.is_directed = light.kind == LIGHT_KIND_SPOT || light.kind == LIGHT_KIND_BEAM;
+#endif
+    return s;
+}
+
+fn sample_light_of(light: Light, p: vec3f, u: vec2f) -> LightSample {
     var s = no_light();
     s.row = light.row;
     switch light.kind {
@@ -171,7 +208,8 @@ fn sample_light(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
             if (d2 > 0.0) {
                 s.wi = v * inverseSqrt(d2);
                 s.distance = sqrt(d2);
-                s.weight = 1.0 / (light.probability * d2);
+                s.density = light.probability * d2;
+                s.weight = 1.0 / s.density;
                 if (light.kind == LIGHT_KIND_SPOT) {
                     s.weight *= smoothstep(light.p2.y, light.p2.x, -dot(s.wi, light.p1.xyz));
                 }
@@ -186,7 +224,8 @@ fn sample_light(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
             if (along > 0.0 && dot(across, across) <= light.p2.x * light.p2.x) {
                 s.wi = -light.p1.xyz;
                 s.distance = along;
-                s.weight = 1.0 / light.probability;
+                s.density = light.probability;
+                s.weight = 1.0 / s.density;
             }
         }
 #endif
@@ -196,20 +235,22 @@ fn sample_light(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
             let omc = light.p2.x;
             if (omc > 0.0) {
                 s.wi = normalize(frame_around(-light.p1.xyz) * sample_cone(u, omc));
-                s.pdf = light.probability / (2.0 * PI * omc);
-                s.weight = 1.0 / s.pdf;
+                s.density = light.probability / (2.0 * PI * omc);
+                s.chance = 1.0;
             } else {
                 s.wi = -light.p1.xyz;
-                s.weight = 1.0 / light.probability;
+                s.density = light.probability;
             }
+            s.weight = 1.0 / s.density;
         }
 #endif
 #if ENV_CONSTANT
         case LIGHT_KIND_CONSTANT: {
             s.wi = frame_around(vec3f(0.0, 0.0, 1.0)) * sample_cone(u, 2.0);
             s.distance = INFINITE;
-            s.pdf = light.probability / (4.0 * PI);
-            s.weight = 1.0 / s.pdf;
+            s.density = light.probability / (4.0 * PI);
+            s.weight = 1.0 / s.density;
+            s.chance = 1.0;
         }
 #endif
 #if ENV_IMAGE
@@ -225,4 +266,5 @@ fn sample_light(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     }
     return s;
 }
+#endif
 #endif

@@ -95,7 +95,6 @@ fn choose_pixel(x: f32, u: f32) -> vec2f {
 fn connect_to_sensor(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     var s = no_light();
     let size = vec2f(f32(params.image_width), f32(params.image_height));
-    let pixel_area = 4.0 * params.half_extent.x * params.half_extent.y / (size.x * size.y);
     var q: vec2f;
 #if SENSOR_PERSPECTIVE
     var eye = params.origin.xyz;
@@ -119,8 +118,6 @@ fn connect_to_sensor(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
 #if LENS
     q += lens / params.half_extent.w;
 #endif
-    // Solid angle to area on the plane at distance 1 is 1 / cos^3.
-    s.weight = 1.0 / (d2 * z * z * z * pixel_area);
 #else
     let v = params.origin.xyz - p;
     s.wi = params.axis_z.xyz;
@@ -129,29 +126,29 @@ fn connect_to_sensor(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
         return s;
     }
     q = -vec2f(dot(v, params.axis_x.xyz), dot(v, params.axis_y.xyz));
-    s.weight = 1.0 / pixel_area;
 #endif
     let at = (0.5 + vec2f(0.5, -0.5) * q / params.half_extent.xy) * size;
     let column = choose_pixel(at.x, u_choice);
     let row = choose_pixel(at.y, fract(u_choice * 4096.0));
     if (column.x < 0.0 || row.x < 0.0 || column.x >= size.x || row.x >= size.y) {
-        s.weight = 0.0;
         return s;
     }
-    s.weight *= column.y * row.y;
+    s.density = sensor_density(s.wi, s.distance * s.distance);
+    s.weight = s.density * column.y * row.y;
     splat_pixel = vec2u(u32(column.x), u32(row.x));
     return s;
 }
-#else
+#endif
+
+#if CROSSINGS
 // Records where the segment of `ray` up to `t_max` crosses the irradiance sensor from its front.
 fn record_crossing(ray: Ray, t_max: f32) {
-    if (!path.first_is_smooth) {
+    if (!path.is_offered) {
         return;
     }
     let size = vec2f(f32(params.image_width), f32(params.image_height));
     var t = -1.0;
     var at = vec2f(0.0);
-    var area = 0.0;
 #if SENSOR_PLANE
     let cos_theta = dot(ray.d, params.axis_z.xyz);
     if (cos_theta >= 0.0) {
@@ -161,7 +158,6 @@ fn record_crossing(ray: Ray, t_max: f32) {
     t = dot(v, params.axis_z.xyz) / cos_theta;
     let q = t * ray.d - v;
     at = vec2f(dot(q, params.dual_u.xyz), 1.0 - dot(q, params.dual_v.xyz));
-    area = params.dual_u.w;
 #else
     let v = ray.o - params.origin.xyz;
     let r = params.half_extent.x;
@@ -175,13 +171,15 @@ fn record_crossing(ray: Ray, t_max: f32) {
     let n = (v + t * ray.d) / r;
     var phi = atan2(-n.z, n.x) / (2.0 * PI);
     at = vec2f(select(phi, phi + 1.0, phi < 0.0), 0.5 - 0.5 * n.y);
-    area = 4.0 * PI * r * r;
 #endif
     if (t <= 0.0 || t >= t_max || any(at < vec2f(0.0)) || any(at >= vec2f(1.0))) {
         return;
     }
+    // The sensor is like a diffuse surface, at which camera paths begin evenly over a pixel.
+    let per_pixel = size.x * size.y / sensor_area();
+    let share = 1.0 / (1.0 + safe_ratio(path.chance, path.emission * PI / per_pixel));
     for (var k = 0u; k < LANES4; k++) {
-        pending[k] = beta[k] * size.x * size.y / area;
+        pending[k] = share * per_pixel * beta[k];
     }
 #if MEDIA
     attenuate_pending(ruling_interior(inside), t);

@@ -42,6 +42,8 @@ pub struct Args {
     /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
+    #[command(flatten)]
+    techniques: device::TechniqueArgs,
     /// Part of a device's name (see 'abbe devices'), or 'reference'
     #[arg(long, value_name = "NAME")]
     device: Option<String>,
@@ -124,7 +126,7 @@ fn measure(args: &Args, path: &Path) -> Result<Row> {
     };
     let start = Instant::now();
     let mut film = Film::try_new(&scene.film)?;
-    let mut device = device::open(&scene, args.device.as_deref(), args.seed)?;
+    let mut device = device::open(&scene, args.device.as_deref(), args.seed, (&args.techniques).into())?;
     let setup = start.elapsed().as_secs_f64();
     let bar = Bar::new(args.json);
     let summary = render(device.integrator.as_mut(), &mut film, &args.stop.into(), &mut |p| {

@@ -2,7 +2,7 @@
 
 use super::{Done, Outcome, print::out};
 use crate::error::Result;
-use crate::integrator::GpuIntegrator;
+use crate::integrator::{GpuIntegrator, Techniques};
 use crate::reference::ReferenceIntegrator;
 use crate::render::Integrator;
 use crate::scene::{Estimator, Scene};
@@ -54,8 +54,39 @@ pub struct Device {
     pub plan: String,
 }
 
-/// Opens the device `name` (any adapter if `None`) for `scene`.
-pub fn open(scene: &Scene, name: Option<&str>, seed: u64) -> Result<Device> {
+/// A field of [`Techniques`].
+#[derive(clap::ValueEnum, Clone, Copy, PartialEq, Eq)]
+pub enum Technique {
+    ChanceHits,
+    LightSamples,
+    LightPaths,
+    Gathering,
+    Guiding,
+}
+
+/// How paths are found; for render and bench.
+#[derive(clap::Args, Clone, Default)]
+pub struct TechniqueArgs {
+    /// Leave out a way of finding paths (may be given again); the others make up for it where they can, and the plan says where not
+    #[arg(long, value_name = "TECHNIQUE")]
+    without: Vec<Technique>,
+}
+
+impl From<&TechniqueArgs> for Techniques {
+    fn from(args: &TechniqueArgs) -> Self {
+        let has = |t: Technique| !args.without.contains(&t);
+        Self {
+            chance_hits: has(Technique::ChanceHits),
+            light_samples: has(Technique::LightSamples),
+            light_paths: has(Technique::LightPaths),
+            gathering: has(Technique::Gathering),
+            guiding: has(Technique::Guiding),
+        }
+    }
+}
+
+/// Opens the device `name` (any adapter if `None`) for `scene`. The reference has techniques of its own.
+pub fn open(scene: &Scene, name: Option<&str>, seed: u64, techniques: Techniques) -> Result<Device> {
     if name == Some(REFERENCE) {
         let (estimator, from) = match scene.reference {
             Estimator::Backward => ("backward", "the sensor"),
@@ -68,7 +99,7 @@ pub fn open(scene: &Scene, name: Option<&str>, seed: u64) -> Result<Device> {
             plan: format!("reference: paths from {from}, nothing compiled"),
         });
     }
-    let integrator = GpuIntegrator::new(scene, name, seed)?;
+    let integrator = GpuIntegrator::with(scene, name, seed, techniques)?;
     let (name, plan) = (integrator.adapter().to_string(), integrator.plan().to_string());
     Ok(Device { integrator: Box::new(integrator), name, plan })
 }

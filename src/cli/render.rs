@@ -41,6 +41,8 @@ pub struct Args {
     /// Seed of the random numbers: the same seed on the same device gives the same picture
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
+    #[command(flatten)]
+    techniques: device::TechniqueArgs,
     /// Part of a device's name (see 'abbe devices'), or 'reference' for double precision on the CPU
     #[arg(long, value_name = "NAME")]
     device: Option<String>,
@@ -95,7 +97,7 @@ pub fn run(args: &Args) -> Outcome {
     }
     let setup = Instant::now();
     let mut film = Film::try_new(&scene.film)?;
-    let mut device = device::open(&scene, args.device.as_deref(), args.seed)?;
+    let mut device = device::open(&scene, args.device.as_deref(), args.seed, (&args.techniques).into())?;
     let setup = setup.elapsed();
 
     interrupt::heed();

@@ -226,6 +226,15 @@ impl Gpu {
         )
     }
 
+    /// Fills a buffer with zeros.
+    pub fn clear(&self, buffer: &Resource) {
+        if let Resource::Buffer(b) = buffer {
+            let mut encoder = self.device.create_command_encoder(&Default::default());
+            encoder.clear_buffer(b, 0, None);
+            self.queue.submit([encoder.finish()]);
+        }
+    }
+
     /// Overwrites the start of a buffer.
     pub fn write<T: bytemuck::Pod>(&self, buffer: &Resource, data: &[T]) {
         if let Resource::Buffer(b) = buffer {

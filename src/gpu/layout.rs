@@ -150,7 +150,7 @@ shared_records! {
         seed: u32,
         /// Greatest number of scattering events.
         max_depth: u32,
-        /// vec4s of one pass in `spectra`.
+        /// vec4s of one pass in `spectra`: its rows, lanes for parted wavelengths, their weights, and (radius, radius per metre) of gathering.
         spectra_stride: u32,
         /// Radius of a tent, standard deviation of a Gaussian; pixels.
         filter_radius: f32,
@@ -162,10 +162,10 @@ shared_records! {
         filter_reach: f32,
         /// Longer than any way through the scene, m.
         scene_diameter: f32,
+        /// Camera paths longer than this are gathered with the radius of this length, m.
+        gather_reach: f32,
         /// Unused.
         pad_0: u32,
-        /// Unused.
-        pad_1: u32,
         /// Eye, corner or centre, relative to the scene's origin.
         origin: Vec4,
         /// Right, or edge u.

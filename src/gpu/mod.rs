@@ -13,3 +13,4 @@ pub use adapter::{AdapterInfo, Gpu, Resource, list_adapters};
 pub use kernel::{Kernel, kernel_source};
 pub use lights::ranks;
 pub use scene::{GpuScene, SpectrumRow};
+pub use targets::targets;

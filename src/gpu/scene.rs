@@ -83,11 +83,11 @@ pub(super) fn rank(scene: &Scene, interior: usize) -> u32 {
 }
 
 impl GpuScene {
-    /// Builds and uploads everything.
+    /// Builds and uploads everything; with `guiding` light paths are aimed at what bends them.
     ///
     /// # Errors
     /// [`Error`] if the scene exceeds what the shaders can index or the adapter can bind.
-    pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self> {
+    pub fn new(gpu: &Gpu, scene: &Scene, guiding: bool) -> Result<Self> {
         if scene.interiors.len() > 0xffff {
             return Err(Error::usage("the scene has more than 65535 transparent volumes", "share materials between shapes"));
         }
@@ -105,7 +105,7 @@ impl GpuScene {
                 light.primitive = geometry.place[light.primitive as usize];
             }
         }
-        let targets = targets::build(scene, origin);
+        let targets = targets::build(scene, origin, guiding);
         let resources = vec![
             ("bvh", gpu.table("BVH nodes", &geometry.nodes)?),
             ("primitives", gpu.table("primitives", &geometry.primitives)?),

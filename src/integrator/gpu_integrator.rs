@@ -1,6 +1,6 @@
 //! Batches on the GPU, tile by tile: the camera pass, then the light pass where there can be caustics.
 
-use super::{Features, Plan, Wavelengths};
+use super::{Features, Plan, Techniques, Wavelengths};
 use crate::color::cie::K_M;
 use crate::error::{Error, Result};
 use crate::film::{Film, Tile};
@@ -8,7 +8,7 @@ use crate::geometry::{Bounds, bounds_of_all};
 use crate::gpu::layout::{
     COUNTER_NEGATIVE, COUNTER_NOT_FINITE, COUNTER_RAYS, COUNTER_SATURATED, COUNTER_TRUNCATED, COUNTERS, Params, XYZ_RATIO,
 };
-use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, Resource, ranks};
+use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, Resource, ranks, targets};
 use crate::reference::initial_interiors;
 use crate::render::{BatchStats, Integrator};
 use crate::scene::{Bins, Filter, Scene, Sensor};
@@ -21,6 +21,14 @@ use std::time::{Duration, Instant};
 const PASSES_PER_DISPATCH: u32 = 16;
 /// Bytes for the samples of a dispatch on their way to the film.
 const SAMPLE_BYTES: u64 = 64 << 20;
+/// Bytes for the visible points that light paths are gathered at.
+const POINT_BYTES: u64 = 64 << 20;
+/// Radius of gathering in the first pass, in pixels.
+const GATHER_PIXELS: f64 = 1.0;
+/// And at most this part of the scene's size.
+const GATHER_SHARE: f64 = 0.01;
+/// The squared radius of gathering falls with the pass as pass^-(1 - this): Knaus & Zwicker 2011, eq. 20.
+const GATHER_ALPHA: f64 = 2.0 / 3.0;
 /// How long a dispatch should take: well below the watchdogs of desktop drivers.
 const DISPATCH_TIME: Duration = Duration::from_millis(50);
 
@@ -50,6 +58,18 @@ pub struct GpuIntegrator {
     uniforms: Resource,
     counters: Resource,
     samples: Resource,
+    gather: Option<Gather>,
+}
+
+/// Where light paths are gathered.
+#[derive(Debug)]
+struct Gather {
+    points: Resource,
+    heads: Resource,
+    /// Radius, and radius per metre of the camera path, in the first pass, m.
+    radius: (f64, f64),
+    /// Passes whose points fit.
+    passes: u32,
 }
 
 impl GpuIntegrator {
@@ -58,10 +78,21 @@ impl GpuIntegrator {
     /// # Errors
     /// [`Error::Device`] if no adapter fits, [`Error::Usage`] if the scene exceeds what it can hold.
     pub fn new(scene: &Scene, device: Option<&str>, seed: u64) -> Result<Self> {
+        Self::with(scene, device, seed, Techniques::default())
+    }
+
+    /// Likewise, with some techniques only.
+    ///
+    /// # Errors
+    /// As [`GpuIntegrator::new`].
+    pub fn with(scene: &Scene, device: Option<&str>, seed: u64, techniques: Techniques) -> Result<Self> {
         let gpu = Gpu::open(device)?;
-        let plan = Plan::new(scene);
-        let gpu_scene = GpuScene::new(&gpu, scene)?;
-        let constants = plan.constants() + &gpu_scene.constants;
+        let plan = Plan::new(scene, techniques);
+        let gpu_scene = GpuScene::new(&gpu, scene, techniques.guiding)?;
+        let tile = tiles(&gpu, &plan, scene.film.width, scene.film.height)[0];
+        let gather = if plan.has("GATHERED") { Some(Gather::new(&gpu, &plan, scene, tile)?) } else { None };
+        let heads = gather.as_ref().map_or(0, |g| g.heads.size() / 4);
+        let constants = plan.constants() + &gpu_scene.constants + &format!("const HEADS = {heads}u;\n");
         let limit = gpu.device.limits().max_compute_workgroups_per_dimension;
         let pass = |roots: &[&str], features: &Features, limit: u32| -> Result<Pass> {
             let kernels = roots.iter().map(|root| Kernel::new(&gpu, root, &constants, features)).collect::<Result<_>>()?;
@@ -77,13 +108,28 @@ impl GpuIntegrator {
             bounds_of_all(&scene.shapes),
             gpu_scene.origin,
             gpu_scene.power,
-            gpu_scene.rows.len() as u32 * plan.lanes.div_ceil(4),
+            gather_reach(scene),
+            gpu_scene.rows.len() as u32 * plan.lanes.div_ceil(4) + 3,
         )?;
         let uniforms = gpu.uniform("params", std::mem::size_of::<Params>() as u64);
         let counters = gpu.empty_storage("counters", (COUNTERS * 4) as u64)?;
         let seed = (seed ^ (seed >> 32)) as u32;
         let (wavelengths, bins) = (Wavelengths::new(scene), scene.film.bins);
-        Ok(Self { gpu, plan, camera, light, scene: gpu_scene, wavelengths, bins, seed, params, uniforms, counters, samples })
+        Ok(Self {
+            gpu,
+            plan,
+            camera,
+            light,
+            scene: gpu_scene,
+            wavelengths,
+            bins,
+            seed,
+            params,
+            uniforms,
+            counters,
+            samples,
+            gather,
+        })
     }
 
     /// Splits every pass into dispatches of at most `groups` workgroups (at least one). What is computed does not depend on it.
@@ -109,25 +155,46 @@ impl GpuIntegrator {
         self.scene.bytes
     }
 
-    /// Offset of pass `pass` of batch `batch`: radical inverses, shifted at random from batch to batch (Cranley & Patterson 1976).
-    fn offset(&self, batch: u32, pass: u32) -> f64 {
-        let mut h = (u64::from(self.seed) << 32 | u64::from(batch)).wrapping_add(0x9e37_79b9_7f4a_7c15);
-        // SplitMix64 finaliser (Steele et al. 2014).
-        h = (h ^ (h >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        h = (h ^ (h >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        h ^= h >> 31;
-        let shift = (h >> 11) as f64 * 0.5f64.powi(53);
-        (f64::from(pass.reverse_bits()) * 0.5f64.powi(32) + shift).fract()
+    /// Pass `pass` (of all batches) as a point in the unit square, by radical inverses of base 2 and 3 (Halton 1960), shifted by the seed (Cranley &
+    /// Patterson 1976): offset of its wavelengths, and place of the lanes that camera paths may keep. One sequence for all batches, since it takes
+    /// tens of passes until every wavelength had its turn; what batches differ by overstates the error for it.
+    fn offsets(&self, pass: u64) -> (f64, f64) {
+        let shift = |dimension: u64| {
+            // SplitMix64 (Steele et al. 2014).
+            let mut h = u64::from(self.seed).wrapping_add(0x9e37_79b9_7f4a_7c15u64.wrapping_mul(1 + dimension));
+            h = (h ^ (h >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            h = (h ^ (h >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            h ^= h >> 31;
+            (h >> 11) as f64 * 0.5f64.powi(53)
+        };
+        let inverse = |base: u64, mut rest: u64| {
+            let (mut sum, mut digit) = (0.0, 1.0 / base as f64);
+            while rest > 0 {
+                sum += (rest % base) as f64 * digit;
+                digit /= base as f64;
+                rest /= base;
+            }
+            sum
+        };
+        // Samples in a row go through the lanes of one place.
+        ((inverse(2, pass) + shift(0)).fract(), (inverse(3, pass / u64::from(self.parting_lanes())) + shift(1)).fract())
     }
 
-    /// Spectra of the passes `first .. first + count` as the shaders read them, and the bin of each lane.
-    fn spectra(&self, batch: u32, first: u32, count: u32) -> (Vec<Vec4>, Vec<u32>) {
+    /// Different lanes that camera paths of a pass may keep. Where they are gathered one for all, so that all photons meet points of their wavelength.
+    fn parting_lanes(&self) -> u32 {
+        if self.gather.is_some() { 1 } else { 4 }
+    }
+
+    /// Spectra of the passes `first .. first + count` (of `spp` in a batch) as the shaders read them, and the bin of each lane.
+    fn spectra(&self, batch: u32, spp: u32, first: u32, count: u32) -> (Vec<Vec4>, Vec<u32>) {
         let lanes = self.plan.lanes as usize;
         let cmf = observer(Observer::Cie1931);
         let mut table = Vec::new();
         let mut lane_bins = Vec::new();
         for pass in first..first + count {
-            let sampled = self.wavelengths.pass(self.offset(batch, pass));
+            let number = u64::from(batch) * u64::from(spp) + u64::from(pass);
+            let (offset, parting) = self.offsets(number);
+            let sampled = self.wavelengths.pass(offset);
             lane_bins.extend(sampled.iter().map(|(nm, _)| self.bins.index_of(*nm)));
             let weights: Vec<[f64; 4]> = sampled
                 .iter()
@@ -142,23 +209,14 @@ impl GpuIntegrator {
                 values.resize(lanes.next_multiple_of(4), 1.0);
                 table.extend(values.chunks_exact(4).map(Vec4::from_slice));
             }
+            let parting = self.wavelengths.parting_lanes(self.parting_lanes(), parting);
+            table.push(Vec4::from_array(parting.map(|(lane, _)| f32::from_bits(lane))));
+            table.push(Vec4::from_array(parting.map(|(_, weight)| weight as f32)));
+            let (radius, per_metre) = self.gather.as_ref().map_or((0.0, 0.0), |g| g.radius);
+            let shrink = (number as f64 + 1.0).powf(0.5 * (GATHER_ALPHA - 1.0));
+            table.push(Vec4::new((radius * shrink) as f32, (per_metre * shrink) as f32, 0.0, 0.0));
         }
         (table, lane_bins)
-    }
-
-    /// Tiles whose film (or splats, twice as large) fits an adapter's binding, in whole 8 x 8 blocks.
-    fn tiles(&self) -> Vec<Tile> {
-        let (width, height) = (self.params.image_width, self.params.image_height);
-        let pixels = self.gpu.max_binding() / (8 * u64::from(self.plan.bins + 3));
-        let columns = if u64::from(width) * 8 > pixels { (pixels / 64 * 8) as u32 } else { width };
-        let rows = (pixels / u64::from(columns) / 8 * 8).clamp(8, 1 << 20) as u32;
-        let mut tiles = Vec::new();
-        for y in (0..height).step_by(rows as usize) {
-            for x in (0..width).step_by(columns as usize) {
-                tiles.push(Tile { x, y, width: columns.min(width - x), height: rows.min(height - y) });
-            }
-        }
-        tiles
     }
 
     /// Renders one tile into `film`.
@@ -168,9 +226,10 @@ impl GpuIntegrator {
         let splats = if self.light.is_some() { Some(self.gpu.empty_storage("splats", floats * 8)?) } else { None };
         let mut stats =
             BatchStats { paths: u64::from(tile.width) * u64::from(tile.height) * u64::from(spp), ..Default::default() };
-        for first in (0..spp).step_by(PASSES_PER_DISPATCH as usize) {
-            let count = PASSES_PER_DISPATCH.min(spp - first);
-            let (table, lane_bins) = self.spectra(batch, first, count);
+        let passes = self.gather.as_ref().map_or(PASSES_PER_DISPATCH, |g| g.passes);
+        for first in (0..spp).step_by(passes as usize) {
+            let count = passes.min(spp - first);
+            let (table, lane_bins) = self.spectra(batch, spp, first, count);
             let spectra = self.gpu.table("spectra", &table)?;
             let lane_bins = self.gpu.storage("wavelength bins", &lane_bins)?;
             let mut resources: Vec<(&str, &Resource)> = self.scene.resources.iter().map(|(n, b)| (*n, b)).collect();
@@ -182,6 +241,10 @@ impl GpuIntegrator {
             ]);
             resources.extend([("spectra", &spectra), ("lane_bins", &lane_bins)]);
             resources.extend(splats.iter().map(|s| ("splats", s)));
+            if let Some(gather) = &self.gather {
+                self.gpu.clear(&gather.heads);
+                resources.extend([("points", &gather.points), ("heads", &gather.heads)]);
+            }
             let params = Params {
                 tile_x: tile.x,
                 tile_y: tile.y,
@@ -268,15 +331,63 @@ impl Job<'_> {
 impl Integrator for GpuIntegrator {
     fn render_batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats> {
         let mut stats = BatchStats::default();
-        for tile in self.tiles() {
+        for tile in tiles(&self.gpu, &self.plan, self.params.image_width, self.params.image_height) {
             stats += self.render_tile(tile, index, spp, film)?;
         }
         Ok(stats)
     }
 }
 
+impl Gather {
+    /// Buffers for the points of `tile`, the largest one.
+    fn new(gpu: &Gpu, plan: &Plan, scene: &Scene, tile: Tile) -> Result<Self> {
+        // A point: three vectors and its throughput (visible_points.wgsl).
+        let point_bytes = u64::from(3 + plan.lanes.div_ceil(4)) * 16;
+        let pixels = 64 * u64::from(tile.width.div_ceil(8)) * u64::from(tile.height.div_ceil(8));
+        let passes =
+            (POINT_BYTES.min(gpu.max_binding()) / (pixels * point_bytes)).clamp(1, u64::from(PASSES_PER_DISPATCH)) as u32;
+        let points = gpu.empty_storage("visible points", pixels * u64::from(passes) * point_bytes)?;
+        let heads = (pixels * u64::from(passes) * 2).next_power_of_two().clamp(1 << 10, 1 << 22);
+        let heads = gpu.empty_storage("cells of visible points", heads * 4)?;
+        let height = f64::from(scene.film.height);
+        // A picture of few pixels must not blur what is smaller than they are.
+        let bounds = bounds_of_all(&scene.shapes);
+        let most = GATHER_SHARE * (bounds.max - bounds.min).length();
+        let radius = match scene.sensor {
+            Sensor::Perspective { tan_half_vfov, .. } => {
+                (0.0, (GATHER_PIXELS * 2.0 * tan_half_vfov / height).min(most / f64::from(gather_reach(scene))))
+            }
+            Sensor::Orthographic { height: metres, .. } => ((GATHER_PIXELS * metres / height).min(most), 0.0),
+            Sensor::IrradiancePlane { .. } | Sensor::IrradianceSphere { .. } => (0.0, 0.0),
+        };
+        Ok(Self { points, heads, radius, passes })
+    }
+}
+
+/// Tiles whose film (or splats, twice as large) and visible points of one pass fit an adapter's binding, in whole 8 x 8 blocks; the largest first.
+fn tiles(gpu: &Gpu, plan: &Plan, width: u32, height: u32) -> Vec<Tile> {
+    let point = if plan.has("GATHERED") { u64::from(3 + plan.lanes.div_ceil(4)) * 16 } else { 0 };
+    let pixels = gpu.max_binding() / (8 * u64::from(plan.bins + 3)).max(point);
+    let columns = if u64::from(width) * 8 > pixels { (pixels / 64 * 8) as u32 } else { width };
+    let rows = (pixels / u64::from(columns.next_multiple_of(8)) / 8 * 8).clamp(8, 1 << 20) as u32;
+    let mut tiles = Vec::new();
+    for y in (0..height).step_by(rows as usize) {
+        for x in (0..width).step_by(columns as usize) {
+            tiles.push(Tile { x, y, width: columns.min(width - x), height: rows.min(height - y) });
+        }
+    }
+    tiles
+}
+
+/// Camera paths longer than this are gathered within the radius of this length: cells fit the largest radius, so that it should not be much larger than
+/// usual. One and a half times as far as whatever bends light is from the eye.
+fn gather_reach(scene: &Scene) -> f32 {
+    let Sensor::Perspective { eye, .. } = scene.sensor else { return 0.0 };
+    targets(scene, true).iter().map(|(center, _)| 1.5 * center.distance(eye)).fold(0.0, f64::max) as f32
+}
+
 /// Uniforms that do not change from dispatch to dispatch.
-fn params(scene: &Scene, bounds: Bounds, origin: DVec3, power: f64, spectra_stride: u32) -> Result<Params> {
+fn params(scene: &Scene, bounds: Bounds, origin: DVec3, power: f64, gather_reach: f32, spectra_stride: u32) -> Result<Params> {
     let film = &scene.film;
     let local = |p: DVec3| (p - origin).as_vec3().extend(0.0);
     let vec4 = |v: DVec3| v.as_vec3().extend(0.0);
@@ -330,6 +441,7 @@ fn params(scene: &Scene, bounds: Bounds, origin: DVec3, power: f64, spectra_stri
     };
     let scene_radius = 0.5 * (bounds.max - bounds.min).length();
     p.scene_diameter = (2.0 * scene_radius) as f32;
+    p.gather_reach = gather_reach;
     // A quantum is 2^-24 of what a typical light path adds to a pixel that sees it from across the scene.
     let pixel_measure = match scene.sensor {
         Sensor::Perspective { tan_half_vfov, .. } => (2.0 * tan_half_vfov / f64::from(film.height) * scene_radius).powi(2) * PI,

@@ -5,5 +5,5 @@ mod plan;
 mod wavelengths;
 
 pub use gpu_integrator::GpuIntegrator;
-pub use plan::{Features, Plan};
+pub use plan::{Features, Plan, Techniques};
 pub use wavelengths::{Stratum, Wavelengths};

@@ -10,24 +10,47 @@ use std::fmt;
 /// Names of features and whether they are there.
 pub type Features = BTreeMap<&'static str, bool>;
 
+/// The ways in which paths are found; all of them unless told otherwise. What one cannot find, or finds badly, the others do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Techniques {
+    /// Camera paths that meet a light by themselves.
+    pub chance_hits: bool,
+    /// Camera paths that are joined to a light wherever they scatter (next-event estimation).
+    pub light_samples: bool,
+    /// Light paths that are joined to the sensor wherever they scatter.
+    pub light_paths: bool,
+    /// Light paths that are gathered where camera paths arrive by way of metal or glass.
+    pub gathering: bool,
+    /// Light paths are sent to where they are of use.
+    pub guiding: bool,
+}
+
+impl Default for Techniques {
+    fn default() -> Self {
+        Self { chance_hits: true, light_samples: true, light_paths: true, gathering: true, guiding: true }
+    }
+}
+
 /// The features of a scene's kernels.
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// Every feature that the camera pass's shaders may ask for, and whether this scene has it.
     pub camera: Features,
-    /// Likewise for the light pass, if the scene has one: something bends light, and something scatters it to the sensor.
+    /// Likewise for the light pass, if the scene has one: something bends light (or fog is lit by a spot or beam), and something scatters it to the sensor.
     pub light: Option<Features>,
     /// Wavelengths that a path carries.
     pub lanes: u32,
     /// Wavelength bins of the film.
     pub bins: u32,
+    /// How paths are found.
+    pub techniques: Techniques,
     /// Light that no pass finds, and what to do, one line each.
     pub blind_spots: Vec<String>,
 }
 
 impl Plan {
-    /// The plan for this scene.
-    pub fn new(scene: &Scene) -> Self {
+    /// The plan for this scene, with these techniques.
+    pub fn new(scene: &Scene, techniques: Techniques) -> Self {
         let used = used_materials(scene);
         let any = |f: &dyn Fn(&Material) -> bool| used.iter().any(|&m| f(&scene.materials[m]));
         let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
@@ -100,19 +123,35 @@ impl Plan {
             ("MANY_BINS", lanes != scene.film.bins.count),
         ]);
         let camera = matches!(scene.sensor, Sensor::Perspective { .. } | Sensor::Orthographic { .. });
-        let scatters = diffuse || rough_dielectric || rough_conductor || scattering;
-        let bends = smooth_dielectric || smooth_conductor || thin;
-        let light_pass = lights && bends && (scatters || !camera);
+        let bends = dielectric || conductor || thin;
+        let gathers = diffuse || scattering;
+        let scatters = gathers || rough_dielectric || rough_conductor;
+        // Fog in the light of spots and beams is lit where few camera paths are.
+        let shafts = scattering && light(&|l| matches!(l, Light::Spot { .. } | Light::Beam { .. }));
+        let caustics = lights && (bends || shafts) && (scatters || !camera);
+        let joined = caustics && techniques.light_paths;
+        let gathered = caustics && techniques.gathering && camera && bends && gathers;
+        let caustics = joined || gathered;
         let mut base = features;
-        base.extend([("SENSOR_CAMERA", camera), ("LIGHT_PASS", light_pass)]);
+        base.extend([
+            ("SENSOR_CAMERA", camera),
+            ("CAUSTICS", caustics),
+            ("JOINED", joined),
+            ("GATHERED", gathered),
+            ("CROSSINGS", joined && !camera),
+            ("CHANCE", techniques.chance_hits),
+            ("LIGHT_SAMPLES", lights && techniques.light_samples),
+        ]);
         let variant = |light_paths: bool| {
+            let connects =
+                if light_paths { joined && scatters && camera } else { base["LIGHT_SAMPLES"] && (scatters || !camera) };
             let mut f = base.clone();
             f.extend([
                 ("CAMERA_PATHS", !light_paths),
                 ("LIGHT_PATHS", light_paths),
                 // An irradiance sensor is crossed by light paths, but looks for lights itself.
-                ("LIT_SENSOR", lights && !camera && !light_paths),
-                ("CONNECT", lights && if light_paths { scatters && camera } else { scatters || !camera }),
+                ("LIT_SENSOR", base["LIGHT_SAMPLES"] && !camera && !light_paths),
+                ("CONNECT", connects),
                 ("LANE_CHOICE", scattering || rough_dielectric || (light_paths && dispersion)),
                 ("ADJOINT_NORMALS", light_paths && base["SMOOTH_NORMALS"]),
             ]);
@@ -120,10 +159,11 @@ impl Plan {
         };
         Plan {
             camera: variant(false),
-            light: light_pass.then(|| variant(true)),
+            light: caustics.then(|| variant(true)),
             lanes,
             bins: scene.film.bins.count,
-            blind_spots: if bends { blind_spots(scene) } else { Vec::new() },
+            techniques,
+            blind_spots: blind_spots(scene, &base),
         }
     }
 
@@ -193,24 +233,42 @@ fn volumes_touch(scene: &Scene) -> bool {
     boxes.iter().enumerate().any(|(i, a)| boxes[..i].iter().any(|b| (a.0 || b.0) && a.1.overlaps(&b.1)))
 }
 
-/// What neither pass can see.
-fn blind_spots(scene: &Scene) -> Vec<String> {
-    let mut out = Vec::new();
-    let kinds = scene.lights.iter().filter_map(|l| match l {
-        Light::Point { .. } => Some("point light"),
-        Light::Spot { .. } => Some("spot light"),
-        Light::Beam { .. } => Some("parallel beam"),
-        Light::Sun { cos_angle, .. } if *cos_angle >= 1.0 => Some("sun of no angular size"),
-        _ => None,
-    });
-    for kind in kinds {
-        let line = format!(
-            "caustics of the {kind} that are themselves seen through smooth glass or in mirrors: a path cannot hit a light of no size; \
-             give it a size (a small emitting sphere or disc, a sun with an angle) to see them"
-        );
-        if !out.contains(&line) {
-            out.push(line);
+/// What the techniques at hand cannot see.
+fn blind_spots(scene: &Scene, features: &Features) -> Vec<String> {
+    let mut out: Vec<String> = Vec::new();
+    let mut missing = |when: bool, line: &str| {
+        if when && !out.iter().any(|o| o == line) {
+            out.push(line.to_string());
         }
+    };
+    let has = |name: &str| features[name];
+    let bends = has("FRESNEL");
+    let camera = has("SENSOR_CAMERA");
+    missing(
+        has("LIGHTS_PRESENT") && !has("CHANCE"),
+        "lamps seen straight or through metal and glass: chance hits are switched off",
+    );
+    for light in &scene.lights {
+        let kind = match light {
+            Light::Point { .. } => "point lights",
+            Light::Spot { .. } => "spot lights",
+            Light::Beam { .. } => "parallel beams",
+            Light::Sun { cos_angle, .. } if *cos_angle >= 1.0 => "suns of no angular size",
+            _ => continue,
+        };
+        missing(!has("LIGHT_SAMPLES"), &format!("{kind} on what scatters them: light samples are switched off"));
+        missing(
+            bends && !has("JOINED"),
+            &format!(
+                "caustics of {kind} on what is seen directly: a path cannot hit a light of no size, and light paths are switched off"
+            ),
+        );
+        missing(
+            bends && camera && !has("GATHERED"),
+            &format!(
+                "caustics of {kind} seen through glass or in mirrors: a path cannot hit a light of no size, and nothing is gathered"
+            ),
+        );
     }
     out
 }
@@ -219,7 +277,9 @@ impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "plan: camera paths of {} wavelengths into {} bins", self.lanes, self.bins)?;
         if self.light.is_some() {
-            writeln!(f, "  caustics: light paths, joined to the sensor")?;
+            let ways = [("JOINED", "joined to the sensor"), ("GATHERED", "gathered where metal and glass are looked into")];
+            let ways: Vec<_> = ways.iter().filter(|(name, _)| self.has(name)).map(|(_, text)| *text).collect();
+            writeln!(f, "  caustics: light paths, {}", ways.join(" and "))?;
         }
         let groups: [(&str, &[(&str, &str)]); 4] = [
             (

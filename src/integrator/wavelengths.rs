@@ -10,6 +10,8 @@ use crate::spectrum::Spectrum;
 #[derive(Debug, Clone)]
 pub struct Wavelengths {
     strata: Vec<Stratum>,
+    /// Probability up to each lane of keeping it where wavelengths part: half uniform, half by emission.
+    parting: Vec<f64>,
     sampling: WavelengthSampling,
 }
 
@@ -59,7 +61,25 @@ impl Wavelengths {
         let emission = emission(scene);
         let edge = |i: u32| Bins { count, ..*bins }.edge_nm(i);
         let strata = (0..count).map(|i| Stratum::new(edge(i), edge(i + 1), &emission)).collect();
-        Self { strata, sampling: scene.film.sampling }
+        let power = |i: u32| emission.iter().map(|(w, s)| w * s.integral(edge(i), edge(i + 1))).sum::<f64>();
+        let total: f64 = (0..count).map(power).sum();
+        let mut parting = vec![0.0];
+        for i in 0..count {
+            let uniform = 1.0 / f64::from(count);
+            parting.push(parting[i as usize] + if total > 0.0 { 0.5 * uniform + 0.5 * power(i) / total } else { uniform });
+        }
+        Self { strata, parting, sampling: scene.film.sampling }
+    }
+
+    /// Four lanes (`count` different ones: 1, 2 or 4) that camera paths of a pass choose among where wavelengths part, spread evenly over their
+    /// probabilities from `u` in [0, 1), and 1 / (4 probability) of each. In the mean over `u` the weights of every lane sum up to 1.
+    pub fn parting_lanes(&self, count: u32, u: f64) -> [(u32, f64); 4] {
+        let last = self.strata.len() - 1;
+        std::array::from_fn(|i| {
+            let at = (f64::from(i as u32 * count / 4) + u) / f64::from(count) * self.parting[last + 1];
+            let lane = (self.parting.partition_point(|&c| c <= at) - 1).min(last);
+            (lane as u32, 0.25 * self.parting[last + 1] / (self.parting[lane + 1] - self.parting[lane]))
+        })
     }
 
     /// Wavelengths a path carries for a film of `bins`: one per bin up to 32, for fewer than four a multiple of them.
@@ -110,6 +130,25 @@ fn emission(scene: &Scene) -> Vec<(f64, Spectrum)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn parting_keeps_every_lane_in_the_mean() {
+        let emission = [0.1, 0.4, 0.0, 0.2, 0.3];
+        let mut parting = vec![0.0];
+        emission.iter().for_each(|e| parting.push(parting[parting.len() - 1] + 0.1 + 0.5 * e));
+        let strata = vec![Stratum::new(0.0, 1.0, &[]); 5];
+        let w = Wavelengths { strata, parting, sampling: WavelengthSampling::Continuous };
+        for count in [1, 2, 4] {
+            let (n, mut kept) = (10_000, [0.0; 5]);
+            for i in 0..n {
+                let lanes = w.parting_lanes(count, (f64::from(i) + 0.5) / f64::from(n));
+                lanes.iter().for_each(|(lane, weight)| kept[*lane as usize] += weight);
+            }
+            for k in kept {
+                assert!((k / f64::from(n) - 1.0).abs() < 1e-3, "{kept:?}");
+            }
+        }
+    }
 
     #[test]
     fn a_stratum_integrates_a_line_and_a_smooth_spectrum_alike() {

@@ -2,7 +2,7 @@
 
 use crate::support::*;
 use abbe::gpu::{Gpu, GpuScene, Resource};
-use abbe::integrator::Plan;
+use abbe::integrator::{Plan, Techniques};
 use abbe::scene::{Geometry, Mesh, Scene, Shape};
 use glam::{DVec3, Vec3, Vec4, dvec3};
 use serde_json::json;
@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// Distance of the nearest hit along each ray (origin, unit direction; relative to the scene's middle), negative for none.
 fn trace(gpu: &Gpu, scene: &Scene, uploaded: &GpuScene, rays: &[[Vec3; 2]]) -> Vec<f32> {
     let source = prelude()
-        + &Plan::new(scene).constants()
+        + &Plan::new(scene, Techniques::default()).constants()
         + &uploaded.constants
         + "@group(0) @binding(0) var bvh: Table;
         @group(0) @binding(1) var primitives: Table;
@@ -20,8 +20,8 @@ fn trace(gpu: &Gpu, scene: &Scene, uploaded: &GpuScene, rays: &[[Vec3; 2]]) -> V
         fn primitive_row(i: u32) -> vec4f {
             return bitcast<vec4f>(fetch(primitives, i));
         }\n"
-        + &shader_file("common/math.wgsl", &Plan::new(scene).camera)
-        + &shader_file("geometry/trace.wgsl", &Plan::new(scene).camera)
+        + &shader_file("common/math.wgsl", &Plan::new(scene, Techniques::default()).camera)
+        + &shader_file("geometry/trace.wgsl", &Plan::new(scene, Techniques::default()).camera)
         + "@compute @workgroup_size(64)
         fn main(@builtin(global_invocation_id) id: vec3u) {
             var ray: Ray;
@@ -122,7 +122,7 @@ fn rays_meet_what_they_meet_in_double_precision() {
         });
     }
     let scene = with_shapes(shapes);
-    let uploaded = GpuScene::new(&gpu, &scene).unwrap();
+    let uploaded = GpuScene::new(&gpu, &scene, true).unwrap();
     let rays: Vec<[Vec3; 2]> = (0..1 << 14)
         .map(|_| [(direction(&mut random) * 6.0 * random.next()).as_vec3(), direction(&mut random).as_vec3().normalize()])
         .collect();
@@ -172,7 +172,7 @@ fn no_ray_leaves_a_closed_mesh_through_an_edge() {
         mesh.positions.iter_mut().for_each(|p| *p = *p * scale + shift);
         let mesh = Arc::new(mesh);
         let scene = with_shapes(vec![Geometry::Mesh(mesh.clone())]);
-        let uploaded = GpuScene::new(&gpu, &scene).unwrap();
+        let uploaded = GpuScene::new(&gpu, &scene, true).unwrap();
         let mut random = Random(3);
         let mut rays = Vec::new();
         // From inside towards vertices, points of edges, and anywhere.
@@ -198,7 +198,7 @@ fn no_ray_leaves_a_closed_mesh_through_an_edge() {
         let mut torn = (*mesh).clone();
         torn.triangles.truncate(torn.triangles.len() - 100);
         let scene = with_shapes(vec![Geometry::Mesh(Arc::new(torn))]);
-        let torn = GpuScene::new(&gpu, &scene).unwrap();
+        let torn = GpuScene::new(&gpu, &scene, true).unwrap();
         assert!(trace(&gpu, &scene, &torn, &rays).into_iter().any(|t| t < 0.0));
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::support::*;
 use abbe::gpu::kernel_source;
-use abbe::integrator::Plan;
+use abbe::integrator::{Plan, Techniques};
 use abbe::scene::Scene;
 use serde_json::{Value, json};
 use std::collections::{BTreeSet, HashSet};
@@ -10,9 +10,9 @@ use wgpu::naga::{self, Function, Handle, Module, Statement};
 
 /// Names and texts of all kernels of a scene. Sizes of the scene, which upload finds, are stood in for.
 fn kernels(scene: &Scene) -> Vec<(&'static str, String)> {
-    let plan = Plan::new(scene);
+    let plan = Plan::new(scene, Techniques::default());
     let constants = plan.constants()
-        + "const BVH_STACK = 24u;\nconst LIGHTS = 3u;\nconst FIRST_DISTANT_LIGHT = 1u;\nconst ENVIRONMENT_LIGHT = 2u;\nconst TARGETS = 2u;\n";
+        + "const BVH_STACK = 24u;\nconst LIGHTS = 3u;\nconst FIRST_DISTANT_LIGHT = 1u;\nconst ENVIRONMENT_LIGHT = 2u;\nconst TARGETS = 2u;\nconst HEADS = 1024u;\n";
     let mut roots = vec![("camera_paths.wgsl", &plan.camera), ("update_film.wgsl", &plan.camera)];
     roots.extend(plan.light.iter().map(|features| ("light_paths.wgsl", features)));
     roots.into_iter().map(|(root, features)| (root, kernel_source(root, &constants, features).unwrap())).collect()

@@ -1,0 +1,137 @@
+// Gathering: what is seen through or in metal and glass. The first diffuse or foggy vertex of a camera path that something has bent is left as a visible
+// point in a hash grid; light paths of the same pass add to the pixels of all points around their vertices (progressive photon mapping the other way
+// round: Hachisuka et al. 2008, Knaus & Zwicker 2011). Sums are integers, so the order of a cell's list does not matter.
+//
+// A point takes POINT_STRIDE vectors: position and the next point of its cell; normal (in fog, direction of the ray) and radius; pixel, pass with depth
+// and kind, asymmetry, density of its joint to the sensor; throughput per lane.
+const POINT_STRIDE = 3u + LANES4;
+const FOG_POINT = 0x80000000u;
+// Bits 0-7: pass, 8-15: lane of a path of one wavelength, else 255; 16-30: depth.
+
+// Cells are as wide as the largest kernel, so that a kernel reaches into no more than eight.
+fn cell_of(p: vec3f) -> vec3i {
+    return vec3i(floor(p / (2.0 * gather_radius(params.gather_reach))));
+}
+
+fn cell_head(cell: vec3i, pass_index: u32) -> u32 {
+    let c = vec3u(cell);
+    return hash(c.x * 0x9e3779b1u ^ hash(c.y * 0x85ebca77u ^ hash(c.z * 0xc2b2ae3du ^ pass_index))) & (HEADS - 1u);
+}
+
+#if CAMERA_PATHS
+@group(0) @binding(16) var<storage, read_write> points: array<vec4f>;
+@group(0) @binding(17) var<storage, read_write> heads: array<atomic<u32>>;
+
+var<private> point_slot: u32; // where this path's point goes
+
+// Leaves a point with the throughput beta * factor.
+fn leave_point(p: vec3f, n: vec3f, radius: f32, kind: u32, g: f32) {
+    let at = point_slot * POINT_STRIDE;
+    let pass_index = sampler_index - params.first_sample;
+    let next = atomicExchange(&heads[cell_head(cell_of(p), pass_index)], point_slot + 1u);
+    points[at] = vec4f(p, bitcast<f32>(next));
+    points[at + 1u] = vec4f(n, radius);
+    let about = kind | min(path.depth, 0x7fffu) << 16u | min(path.lane, 255u) << 8u | pass_index;
+    points[at + 2u] = vec4f(bitcast<f32>(sampled_pixel), bitcast<f32>(about), g, path.joins / f32(params.light_paths));
+}
+
+fn store_throughput(k: u32, throughput: vec4f) {
+    points[point_slot * POINT_STRIDE + 3u + k] = throughput;
+}
+#else
+@group(0) @binding(16) var<storage, read> points: array<vec4f>;
+@group(0) @binding(17) var<storage, read> heads: array<u32>;
+
+// Adds this vertex to all points around it; normals are on the side that a surface is lit from.
+fn gather(ray: Ray, v: Vertex, n: vec3f, ns: vec3f) {
+    let pass_index = pass_of_path;
+    let in_fog = v.extinction > 0.0;
+    // The lower of the two cells along each axis that the largest kernel can reach into.
+    let reach = gather_radius(params.gather_reach);
+    let first = cell_of(v.p - reach);
+    for (var corner = 0u; corner < 8u; corner++) {
+        let cell = first + vec3i(vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u));
+        var next = heads[cell_head(cell, pass_index)];
+        while (next != 0u) {
+            let at = (next - 1u) * POINT_STRIDE;
+            let place = points[at];
+            next = bitcast<u32>(place.w);
+            let to_point = place.xyz - v.p;
+            let d2 = dot(to_point, to_point);
+            if (d2 > reach * reach) {
+                continue;
+            }
+            let sides = points[at + 1u];
+            let radius = sides.w;
+            let pixel_about = points[at + 2u];
+            let about = bitcast<u32>(pixel_about.y);
+            let lane = (about >> 8u) & 0xffu;
+            // Another cell of the same head may hold the point, and have it looked at a second time.
+            if (d2 > radius * radius || (about & 0xffu) != pass_index || any(cell_of(place.xyz) != cell)
+                || (lane != 255u && path.lane != NONE && lane != path.lane) || (about >= FOG_POINT) != in_fog) {
+                continue;
+            }
+            // Together no longer than a path may be.
+            if (path.depth + ((about >> 16u) & 0x7fffu) > params.max_depth + 1u) {
+                continue;
+            }
+            var camera = v;
+            // Veach's correction for shading normals, as in adjoint_correction.
+            var factor = select(v.cos_from / max(abs(dot(ray.d, n)), 1e-20), 1.0, in_fog);
+#if SCATTERING
+            if (in_fog) {
+                factor = phase_hg(-dot(sides.xyz, ray.d), pixel_about.z);
+                camera.reverse = factor;
+            }
+#endif
+            if (!in_fog && (dot(sides.xyz, ns) < 0.9 || abs(dot(to_point, n)) > 0.2 * radius || dot(sides.xyz, ray.d) >= 0.0)) {
+                // Another surface, or its other side.
+                continue;
+            }
+            let measure = gather_measure(camera, radius);
+            let gathered = path.emission * safe_ratio(measure * camera.cos_from, camera.reverse);
+            let others = camera_density_at(camera) + path.emission * pixel_about.w;
+            let kernel = select(measure, measure / v.extinction, in_fog);
+            let w = factor / (kernel * (1.0 + safe_ratio(others, gathered)));
+            for (var k = 0u; k < LANES4; k++) {
+                pending[k] = w * beta[k] * points[at + 3u + k];
+            }
+            let pixel = bitcast<u32>(pixel_about.x);
+            splat_pixel = vec2u(pixel % params.image_width, pixel / params.image_width);
+            splat();
+        }
+    }
+}
+#endif
+
+#if DIFFUSE
+fn gather_at_surface(ray: Ray, p: vec3f, n: vec3f, ns: vec3f, cos_from: f32, m: Material) {
+#if CAMERA_PATHS
+    if (path.view == VIEW_BENT) {
+        leave_point(p, ns, gather_radius(path.length), 0u, 0.0);
+        for (var k = 0u; k < LANES4; k++) {
+            store_throughput(k, INV_PI * beta[k] * spectrum(m.a, k));
+        }
+    }
+#else
+    gather(ray, Vertex(p, cos_from, 1.0, 0.0, cos_from * INV_PI, false, 0.0), n, ns);
+#endif
+}
+#endif
+
+#if SCATTERING
+fn gather_in_fog(ray: Ray, p: vec3f, m: Interior, extinction: f32) {
+#if CAMERA_PATHS
+    if (path.view == VIEW_BENT) {
+        leave_point(p, ray.d, gather_radius(path.length), FOG_POINT, m.g);
+        for (var k = 0u; k < LANES4; k++) {
+            // Light paths bring the scattering coefficient a second time.
+            let sigma_s = spectrum(m.sigma_s_row, k);
+            store_throughput(k, select(vec4f(0.0), beta[k] / sigma_s, sigma_s > vec4f(0.0)));
+        }
+    }
+#else
+    gather(ray, Vertex(p, 1.0, 1.0, 0.0, 0.0, false, extinction), vec3f(0.0), vec3f(0.0));
+#endif
+}
+#endif
