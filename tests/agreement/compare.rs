@@ -3,7 +3,7 @@
 
 use crate::support::threshold;
 use abbe::film::Film;
-use abbe::integrator::GpuIntegrator;
+use abbe::integrator::{GpuIntegrator, Techniques};
 use abbe::reference::ReferenceIntegrator;
 use abbe::render::Integrator;
 use abbe::scene::Scene;
@@ -116,7 +116,12 @@ impl Batches {
 
 /// Renders on the GPU.
 pub fn gpu(scene: &Scene, seed: u64, spp: u32) -> Batches {
-    let mut integrator = GpuIntegrator::new(scene, None, seed).expect("an adapter for the scene");
+    gpu_with(scene, seed, spp, Techniques::default())
+}
+
+/// Likewise, with some techniques only.
+pub fn gpu_with(scene: &Scene, seed: u64, spp: u32, techniques: Techniques) -> Batches {
+    let mut integrator = GpuIntegrator::with(scene, None, seed, techniques).expect("an adapter for the scene");
     let mut batches = Batches::new(scene);
     for _ in 0..BATCHES {
         batches.add(&mut integrator, scene, spp);
@@ -180,6 +185,11 @@ const SHARE: f64 = 0.75;
 pub fn gpu_agrees_with_reference(name: &str, scene: &Scene, spp: u32, coarseness: f64) {
     let reference = read(name);
     agree(name, &pairs(&gpu(scene, 1, spp).figures(), &reference, coarseness), SHARE);
+}
+
+/// Holds the GPU with some techniques only to the stored reference of `name`.
+pub fn techniques_agree_with_reference(name: &str, scene: &Scene, spp: u32, coarseness: f64, techniques: Techniques) {
+    agree(name, &pairs(&gpu_with(scene, 2, spp, techniques).figures(), &read(name), coarseness), SHARE);
 }
 
 /// Holds the GPU, with each `bins / reference's bins` of its bins taken together, to the stored reference of `name`.

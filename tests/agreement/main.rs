@@ -11,6 +11,7 @@ mod shipped;
 #[path = "../reference/support.rs"]
 #[allow(dead_code)] // shared with the tests of the reference
 mod support;
+mod techniques;
 
 use std::time::Duration;
 
