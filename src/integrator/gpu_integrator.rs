@@ -24,7 +24,7 @@ const SAMPLE_BYTES: u64 = 64 << 20;
 /// Bytes for the visible points that light paths are gathered at.
 const POINT_BYTES: u64 = 64 << 20;
 /// Radius of gathering in the first pass, in pixels.
-const GATHER_PIXELS: f64 = 1.0;
+const GATHER_PIXELS: f64 = 2.0;
 /// And at most this part of the scene's size.
 const GATHER_SHARE: f64 = 0.01;
 /// The squared radius of gathering falls with the pass as pass^-(1 - this): Knaus & Zwicker 2011, eq. 20.
