@@ -3,6 +3,7 @@
 
 use crate::error::Result;
 use crate::film::Film;
+use crate::film::first_hits::{Albedo, FirstHits};
 use crate::scene::FilmSettings;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -12,6 +13,13 @@ pub trait Integrator {
     /// Renders batch `index` with `spp` samples per pixel and adds it to `film` as one batch. Batches of different `index` use
     /// independent random numbers; the same seed, index and `spp` give the same bits.
     fn render_batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats>;
+}
+
+/// An integrator that also says what is seen first.
+pub trait Renderer: Integrator {
+    /// What `samples` rays of every pixel meet first, `albedos` being those of the scene's materials; `index` as in
+    /// [`Integrator::render_batch`].
+    fn first_hits(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<FirstHits>;
 }
 
 /// Counts over one or more batches.

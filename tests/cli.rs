@@ -49,6 +49,33 @@ fn options_override_the_scene() {
 }
 
 #[test]
+fn first_hits_are_in_the_file_where_asked_for() {
+    let folder = Folder::new("aov");
+    let render = |aov: &[&str]| {
+        let output = folder.run(&[&["render", "ball.json", "--device", "reference", "--spp", "2", "--quiet"], aov].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let image = SpectralImage::read(folder.0.join("ball.exr")).unwrap();
+        let named = |name: &&str| ["depth", "normal", "albedo", "error"].iter().any(|aov| name.starts_with(aov));
+        let names: Vec<String> =
+            image.others.iter().map(|(name, _)| name.as_str()).filter(|name| named(name)).map(str::to_string).collect();
+        (image, names)
+    };
+    assert!(render(&[]).1.is_empty());
+    assert_eq!(render(&["--aov", "depth"]).1, ["depth.Z"]);
+    assert_eq!(render(&["--aov", "error"]).1.len(), 5);
+    let (image, names) = render(&["--aov", "normal,albedo", "--aov", "depth"]);
+    assert_eq!(names, ["albedo.B", "albedo.G", "albedo.R", "depth.Z", "normal.X", "normal.Y", "normal.Z"]);
+    // The ball of radius 1 and reflectance 0.75, seen from 4 m; nothing in the corner.
+    let at = |name: &str, pixel: usize| image.other(name).unwrap()[pixel];
+    assert!((at("depth.Z", 3 * 8 + 4) - 3.05).abs() < 0.05, "{}", at("depth.Z", 3 * 8 + 4));
+    assert!(at("normal.Z", 3 * 8 + 4) > 0.9 && (at("albedo.G", 3 * 8 + 4) - 0.75).abs() < 1e-6);
+    assert!(["depth.Z", "normal.Z", "albedo.R"].iter().all(|name| at(name, 0) == 0.0));
+    for (name, says) in [("abbe.depth", "along the ray"), ("abbe.normal", "world space"), ("abbe.albedo", "linear sRGB")] {
+        assert!(image.attribute(name).unwrap().contains(says), "{name}");
+    }
+}
+
+#[test]
 fn the_same_seed_gives_the_same_spectra_and_another_does_not() {
     let folder = Folder::new("seed");
     let render = |seed: &str, out: &str| {
@@ -181,7 +208,7 @@ fn wrong_requests_fail_in_one_line_and_write_nothing() {
         (&["render", "ball.json", "--time", "soon"], &["--time", "30s"]),
         (&["render", "ball.json", "--error", "0"], &["--error", "2%"]),
         (&["render", "ball.json", "--channels", "401"], &["--channels", "400"]),
-        (&["render", "ball.json", "--aov", "depth"], &["--aov", "error"]),
+        (&["render", "ball.json", "--aov", "depth,shade"], &["--aov", "shade", "albedo"]),
         (&["render", "ball.json", "--quiet", "--json"], &["--quiet", "--json"]),
         (&["render", "missing.json"], &["missing.json"]),
         (&["render", "broken.json"], &["broken.json"]),

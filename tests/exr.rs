@@ -2,7 +2,7 @@
 
 use abbe::color::picture::Development;
 use abbe::film::Film;
-use abbe::output::exr::{ErrorChannels, channel_name};
+use abbe::output::exr::{Aovs, channel_name};
 use abbe::output::picture::Precision;
 use abbe::output::{Provenance, Quantity, SpectralImage, check_writable, replace_file, write_exr, write_picture};
 use abbe::render::BatchStats;
@@ -80,7 +80,7 @@ fn what_is_written_is_read_back() {
     // More rows than the 16 of a ZIP block, and not a multiple of them.
     for (width, height, bins) in [(7, 37, 20), (1, 1, 1), (33, 16, 80)] {
         let film = film(width, height, bins);
-        write_exr(&path, &film, &provenance(), ErrorChannels::All).unwrap();
+        write_exr(&path, &film, &provenance(), Aovs { errors: true, ..Aovs::default() }).unwrap();
         let image = SpectralImage::read(&path).unwrap();
         assert_eq!((image.width, image.height, image.bins()), (width as usize, height as usize, bins as usize));
         for pixel in 0..film.pixels() {
@@ -105,7 +105,7 @@ fn what_is_written_is_read_back() {
 fn the_layout_is_that_of_fichets_sample() {
     let folder = Folder::new("layout");
     let path = folder.0.join("a.exr");
-    write_exr(&path, &film(5, 3, 20), &provenance(), ErrorChannels::None).unwrap();
+    write_exr(&path, &film(5, 3, 20), &provenance(), Aovs::default()).unwrap();
     let layout = |path: &Path| {
         let meta = exr::meta::MetaData::read_from_file(path, true).unwrap();
         let header = &meta.headers[0];
@@ -130,7 +130,7 @@ fn the_layout_is_that_of_fichets_sample() {
 fn the_header_says_where_the_picture_comes_from() {
     let folder = Folder::new("header");
     let path = folder.0.join("a.exr");
-    write_exr(&path, &film(2, 2, 4), &provenance(), ErrorChannels::None).unwrap();
+    write_exr(&path, &film(2, 2, 4), &provenance(), Aovs::default()).unwrap();
     let image = SpectralImage::read(&path).unwrap();
     for (name, value) in [
         ("spectralLayoutVersion", "1.0"),
@@ -167,7 +167,7 @@ fn the_preview_is_linear_srgb_at_the_stated_exposure() {
     let white = abbe::color::cie::xyz_of_unit(abbe::spectrum::library::Observer::Cie1931);
     film = Film::new(film.settings());
     film.add_batch_f64(&[1.0, white[0], white[1], white[2]], 1);
-    write_exr(&path, &film, &provenance(), ErrorChannels::None).unwrap();
+    write_exr(&path, &film, &provenance(), Aovs::default()).unwrap();
     let image = SpectralImage::read(&path).unwrap();
     let rgb = ["R", "G", "B"].map(|c| f64::from(image.other(c).unwrap()[0]));
     // Rec. 709 luminance of the stored RGB; the equal-energy point is pinkish beside D65.
@@ -233,7 +233,7 @@ fn what_is_no_spectral_image_is_refused_with_a_remedy() {
 fn damaged_files_are_errors_or_pictures_but_never_panics() {
     let folder = Folder::new("damaged");
     let path = folder.0.join("a.exr");
-    write_exr(&path, &film(5, 19, 3), &provenance(), ErrorChannels::None).unwrap();
+    write_exr(&path, &film(5, 19, 3), &provenance(), Aovs::default()).unwrap();
     let ours = std::fs::read(&path).unwrap();
     let theirs = std::fs::read(sample()).unwrap();
     let mut refused = 0;

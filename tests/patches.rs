@@ -3,7 +3,7 @@
 use abbe::color::lab::{delta_e_2000, lab_of_xyz};
 use abbe::film::Film;
 use abbe::integrator::GpuIntegrator;
-use abbe::output::exr::ErrorChannels;
+use abbe::output::exr::Aovs;
 use abbe::output::{Provenance, SpectralImage, write_exr};
 use abbe::render::Integrator;
 use abbe::scene::{LoadOptions, Scene, load_str};
@@ -58,7 +58,7 @@ fn differences(lamp: &str, expected: impl Fn(&str) -> ([f64; 3], [f64; 3])) -> [
     integrator.render_batch(0, 512, &mut film).expect("a batch");
 
     let path = std::env::temp_dir().join(format!("abbe-patches-{lamp}-{}.exr", std::process::id()));
-    write_exr(&path, &film, &Provenance::default(), ErrorChannels::None).expect("a file");
+    write_exr(&path, &film, &Provenance::default(), Aovs::default()).expect("a file");
     let mut image = SpectralImage::read(&path).expect("a file");
     std::fs::remove_file(&path).expect("a file");
     let stored = image.xyz(Observer::Cie1931, &Spectrum::Constant(1.0)).expect("colours").xyz;

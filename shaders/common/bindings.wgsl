@@ -1,17 +1,14 @@
-// What both passes read; a binding is there only if the scene needs it. Tables are storage textures of vec4<u32>: a software driver fetches a whole
+// What the passes read; a binding is there only if the scene needs it. Tables are storage textures of vec4<u32>: a software driver fetches a whole
 // texel at once, but a storage buffer word by word and lane by lane, and of a sampled texture it works out mip level and stride for every texel
 // (measured on lavapipe: rays/s).
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var bvh: Table;
 @group(0) @binding(2) var primitives: Table;
+#if CAMERA_PATHS || LIGHT_PATHS || INTERIORS
 @group(0) @binding(3) var materials: Table;
-@group(0) @binding(4) var spectra: Table;
-@group(0) @binding(6) var<storage, read_write> counters: array<atomic<u32>>;
-#if LIGHTS_PRESENT
-@group(0) @binding(7) var lights: Table;
 
-fn light_at(i: u32) -> Light {
-    return load_Light(lights, i);
+fn material_at(i: u32) -> Material {
+    return load_Material(materials, i);
 }
 #endif
 #if INTERIORS
@@ -24,6 +21,16 @@ fn interior_at(i: u32) -> Interior {
 #if SMOOTH_NORMALS
 @group(0) @binding(9) var normals: Table;
 #endif
+#if CAMERA_PATHS || LIGHT_PATHS
+@group(0) @binding(4) var spectra: Table;
+@group(0) @binding(6) var<storage, read_write> counters: array<atomic<u32>>;
+#if LIGHTS_PRESENT
+@group(0) @binding(7) var lights: Table;
+
+fn light_at(i: u32) -> Light {
+    return load_Light(lights, i);
+}
+#endif
 #if ROUGH
 @group(0) @binding(10) var<storage, read> tables: array<f32>;
 #endif
@@ -35,12 +42,14 @@ fn interior_at(i: u32) -> Interior {
 @group(0) @binding(12) var<storage, read> lane_bins: array<u32>;
 #endif
 #endif
-
-fn material_at(i: u32) -> Material {
-    return load_Material(materials, i);
-}
+#endif
 
 // Row `i` of primitives: three to a primitive.
 fn primitive_row(i: u32) -> vec4f {
     return bitcast<vec4f>(fetch(primitives, i));
+}
+
+// Index of its material.
+fn material_of(primitive: u32) -> u32 {
+    return bitcast<u32>(primitive_row(3u * primitive).w) & 0x3fffffffu;
 }

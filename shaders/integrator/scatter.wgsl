@@ -1,10 +1,6 @@
 // What happens at a vertex, for each kind of material and for media: a connection and the choice of a new direction. Camera paths connect to a
 // light (next-event estimation), light paths to the sensor.
 
-fn material_of(primitive: u32) -> u32 {
-    return bitcast<u32>(primitive_row(3u * primitive).w) & 0x3fffffffu;
-}
-
 // Random numbers of an event, drawn in one place for all materials: lanes that meet different ones would otherwise wait for each other's.
 var<private> event_choice: vec2f; // of a light or of reflection; of survival
 var<private> event_light: vec2f; // on the light or the lens; of a wavelength

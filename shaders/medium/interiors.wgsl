@@ -23,3 +23,37 @@ fn ruling_rank(volumes: vec4u) -> u32 {
 fn ruling_interior(volumes: vec4u) -> u32 {
     return ruling_rank(volumes) & 0xffffu;
 }
+
+// The volumes before and behind a surface. Which side is which is geometry: what a path leaves it was in, whatever it believed.
+struct Sides {
+    here: vec4u,
+    beyond: vec4u,
+}
+
+// Entering adds a volume, also one that is there already (two of a kind may overlap); leaving takes one away.
+fn cross_one(sides: Sides, interior: u32, enters: bool) -> Sides {
+    let rank = interior_at(interior).rank;
+    if (enters) {
+        return Sides(sides.here, with_interior(sides.beyond, rank));
+    }
+    return Sides(with_interior(without_interior(sides.here, rank), rank), without_interior(sides.beyond, rank));
+}
+
+// What `ray` crosses at `hit`. Surfaces that touch are crossed together: optical contact, whichever was found first.
+fn cross_surface(volumes: vec4u, ray: Ray, s: Surface, interior: u32, hit: Hit) -> Sides {
+    let sides = cross_one(Sides(volumes, volumes), interior, dot(ray.d, s.n) < 0.0);
+#if CONTACT
+    if (hit.contact != NONE) {
+        let touched = material_at(material_of(hit.contact));
+        var at_contact = hit;
+        at_contact.primitive = hit.contact;
+        at_contact.bary = vec2f(1.0 / 3.0);
+        let enters = dot(ray.d, surface_at(ray, at_contact).n) < 0.0;
+        // The neighbouring triangle of the same surface is no second crossing.
+        if (touched.interior != NONE && (touched.interior != interior || enters != (dot(ray.d, s.n) < 0.0))) {
+            return cross_one(sides, touched.interior, enters);
+        }
+    }
+#endif
+    return sides;
+}

@@ -4,7 +4,7 @@ use super::{Done, Outcome, print::out};
 use crate::error::Result;
 use crate::integrator::{GpuIntegrator, Techniques};
 use crate::reference::ReferenceIntegrator;
-use crate::render::Integrator;
+use crate::render::Renderer;
 use crate::scene::{Estimator, Scene};
 use serde_json::json;
 
@@ -47,7 +47,7 @@ pub fn run(args: &Args) -> Outcome {
 /// An integrator with what there is to say about it.
 pub struct Device {
     /// What renders.
-    pub integrator: Box<dyn Integrator>,
+    pub integrator: Box<dyn Renderer>,
     /// Its name, with the driver's.
     pub name: String,
     /// What the scene needs and so what was compiled; of several lines.

@@ -7,7 +7,8 @@ use crate::color::cie::lacks_for_colour;
 use crate::color::picture::{AUTO_SHARE, Development, auto_exposure};
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::output::exr::ErrorChannels;
+use crate::film::first_hits::albedos;
+use crate::output::exr::Aovs;
 use crate::output::picture::Precision;
 use crate::output::{Provenance, check_writable, write_exr, write_picture};
 use crate::render::{BatchStats, Ended, Stop, Summary, render};
@@ -46,9 +47,9 @@ pub struct Args {
     /// Part of a device's name (see 'abbe devices'), or 'reference' for double precision on the CPU
     #[arg(long, value_name = "NAME")]
     device: Option<String>,
-    /// Extra channels in the EXR: 'error' for standard errors
-    #[arg(long, value_name = "WHAT")]
-    aov: Option<Aov>,
+    /// Extra channels in the EXR, with commas between: standard errors; depth, normal and albedo of what is seen first
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    aov: Vec<Aov>,
     /// Print nothing but errors
     #[arg(long, conflicts_with = "json")]
     quiet: bool,
@@ -57,10 +58,16 @@ pub struct Args {
     json: bool,
 }
 
-#[derive(clap::ValueEnum, Clone, Copy)]
+#[derive(clap::ValueEnum, Clone, Copy, PartialEq, Eq)]
 enum Aov {
     Error,
+    Depth,
+    Normal,
+    Albedo,
 }
+
+/// Samples of a pixel for depth, normal and albedo.
+const FIRST_HIT_SAMPLES: u32 = 16;
 
 /// When to stop.
 #[derive(clap::Args, Clone, Copy)]
@@ -99,6 +106,10 @@ pub fn run(args: &Args) -> Outcome {
     let mut film = Film::try_new(&scene.film)?;
     let mut device = device::open(&scene, args.device.as_deref(), args.seed, (&args.techniques).into())?;
     let setup = setup.elapsed();
+    // Before the work too: what fails here fails at once.
+    let wants_first_hits = args.aov.iter().any(|aov| *aov != Aov::Error);
+    let first_hits =
+        wants_first_hits.then(|| device.integrator.first_hits(&albedos(&scene), 0, FIRST_HIT_SAMPLES)).transpose()?;
 
     interrupt::heed();
     let bar = Bar::new(!talkative);
@@ -130,8 +141,14 @@ pub fn run(args: &Args) -> Outcome {
             exposure: Some(exposure),
             irradiance,
         };
-        let errors = if args.aov.is_some() { ErrorChannels::All } else { ErrorChannels::None };
-        write_exr(&exr, &film, &origin, errors)?;
+        let first_hits_for = |aov| first_hits.as_ref().filter(|_| args.aov.contains(&aov));
+        let aovs = Aovs {
+            errors: args.aov.contains(&Aov::Error),
+            depth: first_hits_for(Aov::Depth),
+            normal: first_hits_for(Aov::Normal),
+            albedo: first_hits_for(Aov::Albedo),
+        };
+        write_exr(&exr, &film, &origin, aovs)?;
         let development = Development { exposure, ..Development::default() };
         write_picture(&png, &xyz, scene.film.width as usize, &development, Precision::default())?;
     }

@@ -15,6 +15,8 @@
 //!
 //! Memory: `16 (bins + 3) + 12` bytes per pixel, 380 for 20 bins.
 
+pub mod first_hits;
+
 use crate::error::{Error, Result};
 use crate::scene::FilmSettings;
 

@@ -1,8 +1,9 @@
 //! Batches on the GPU, tile by tile: the camera pass, then the light pass where there can be caustics.
 
-use super::{Features, Plan, Techniques, Wavelengths};
+use super::{Features, Plan, Techniques, Wavelengths, first_hits};
 use crate::color::cie::K_M;
 use crate::error::{Error, Result};
+use crate::film::first_hits::{Albedo, FirstHits};
 use crate::film::{Film, Tile};
 use crate::geometry::{Bounds, bounds_of_all};
 use crate::gpu::layout::{
@@ -10,7 +11,7 @@ use crate::gpu::layout::{
 };
 use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, Resource, ranks, targets};
 use crate::reference::initial_interiors;
-use crate::render::{BatchStats, Integrator};
+use crate::render::{BatchStats, Integrator, Renderer};
 use crate::scene::{Bins, Filter, Scene, Sensor};
 use crate::spectrum::library::{Observer, observer};
 use glam::{DVec3, Vec4};
@@ -34,7 +35,7 @@ const DISPATCH_TIME: Duration = Duration::from_millis(50);
 
 /// Kernels that run one after the other on the same workgroups.
 #[derive(Debug)]
-struct Pass {
+pub(super) struct Pass {
     kernels: Vec<Kernel>,
     /// Most workgroups of a dispatch.
     limit: u32,
@@ -280,17 +281,17 @@ impl GpuIntegrator {
 }
 
 /// What the dispatches of a pass over one tile share.
-struct Job<'a> {
-    gpu: &'a Gpu,
-    uniforms: &'a Resource,
-    counters: &'a Resource,
-    resources: &'a [(&'a str, &'a Resource)],
-    params: Params,
+pub(super) struct Job<'a> {
+    pub(super) gpu: &'a Gpu,
+    pub(super) uniforms: &'a Resource,
+    pub(super) counters: &'a Resource,
+    pub(super) resources: &'a [(&'a str, &'a Resource)],
+    pub(super) params: Params,
 }
 
 impl Job<'_> {
     /// Runs `groups` workgroups of `pass`, in dispatches of about [`DISPATCH_TIME`]. Returns the counts and the time spent in dispatches.
-    fn run(&self, pass: &mut Pass, groups: u32) -> Result<(BatchStats, Duration)> {
+    pub(super) fn run(&self, pass: &mut Pass, groups: u32) -> Result<(BatchStats, Duration)> {
         let bindings = pass.kernels.iter().map(|k| k.bind(self.gpu, self.resources)).collect::<Result<Vec<_>>>()?;
         let (mut stats, mut time) = (BatchStats::default(), Duration::ZERO);
         let mut first = 0;
@@ -335,6 +336,21 @@ impl Integrator for GpuIntegrator {
             stats += self.render_tile(tile, index, spp, film)?;
         }
         Ok(stats)
+    }
+}
+
+impl Renderer for GpuIntegrator {
+    fn first_hits(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<FirstHits> {
+        let (gpu, plan) = (&self.gpu, &self.plan);
+        let constants = plan.constants() + &self.scene.constants;
+        let kernel = Kernel::new(gpu, "first_hits.wgsl", &constants, &plan.first_hits())?;
+        let pass = Pass { kernels: vec![kernel], limit: self.camera.limit, groups: 16.min(self.camera.limit) };
+        let albedos = gpu.table("albedos", &first_hits::table(albedos))?;
+        let mut resources: Vec<(&str, &Resource)> = self.scene.resources.iter().map(|(n, b)| (*n, b)).collect();
+        resources.push(("albedos", &albedos));
+        let params = Params { samples, batch: index, seed: self.seed, ..self.params };
+        let tiles = tiles(gpu, plan, params.image_width, params.image_height);
+        first_hits::run(gpu, pass, &tiles, &resources, (&self.uniforms, &self.counters), params)
     }
 }
 

@@ -1,5 +1,6 @@
 //! From a scene to radiance on the film: the plan, the wavelengths of each pass, and the passes.
 
+mod first_hits;
 mod gpu_integrator;
 mod plan;
 mod wavelengths;

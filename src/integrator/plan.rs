@@ -172,6 +172,13 @@ impl Plan {
         self.camera[feature]
     }
 
+    /// The features of the pass of first hits, which follows no paths.
+    pub fn first_hits(&self) -> Features {
+        let mut features = self.camera.clone();
+        features.insert("CAMERA_PATHS", false);
+        features
+    }
+
     /// WGSL constants of the plan.
     pub fn constants(&self) -> String {
         use crate::bsdf::energy::{ETA_MAX, ETA_NODES, MIN_MEAN, MU_NODES};

@@ -6,8 +6,9 @@
 //! - `R`, `G`, `B`: linear sRGB for viewers, the film's XYZ times 2^`EV`, where at `EV` 0 the equal-energy spectrum of 1 W m^-2
 //!   sr^-1 nm^-1 has luminance 1, as in [`crate::color::picture`];
 //! - `XYZ.X`, `XYZ.Y`, `XYZ.Z`: CIE 1931 in cd m^-2 (or lx), accumulated at the sampled wavelengths;
-//! - `error.Y`, on request: the standard error of `XYZ.Y`;
-//! - `error.390,000000nm`, on request: the standard error of that bin.
+//! - on request ([`Aovs`]): `error.Y`, the standard error of `XYZ.Y`, and `error.390,000000nm`, that of the bin;
+//! - likewise `depth.Z`, `normal.X` `normal.Y` `normal.Z`, `albedo.R` `albedo.G` `albedo.B`: what rays meet first, as the attributes
+//!   `abbe.depth`, `abbe.normal` and `abbe.albedo` explain.
 //!
 //! The attribute `abbe.meanErrors` has the standard error of every bin's mean over the image, bins in increasing order, blanks between: pixels
 //! may share part of their errors, so it does not follow from theirs.
@@ -22,6 +23,7 @@ use crate::color::convert::linear_srgb_of_xyz;
 use crate::color::space::Space;
 use crate::error::Result;
 use crate::film::Film;
+use crate::film::first_hits::FirstHits;
 use crate::render::BatchStats;
 use crate::spectrum::library::Observer;
 use exr::block::{BlockIndex, UncompressedBlock};
@@ -55,14 +57,17 @@ pub struct Provenance {
     pub irradiance: bool,
 }
 
-/// Which extra channels a file gets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ErrorChannels {
-    /// None.
-    #[default]
-    None,
+/// Which extra channels a file gets; none unless asked for.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Aovs<'a> {
     /// Standard errors of luminance and of every bin.
-    All,
+    pub errors: bool,
+    /// Depth of these.
+    pub depth: Option<&'a FirstHits>,
+    /// Normals of these.
+    pub normal: Option<&'a FirstHits>,
+    /// Albedo of these.
+    pub albedo: Option<&'a FirstHits>,
 }
 
 /// Writes `film` as a spectral EXR (lossless ZIP), block by block from the film: no second copy of the picture is held. By a
@@ -70,18 +75,19 @@ pub enum ErrorChannels {
 ///
 /// # Errors
 /// [`crate::Error::File`] where the file cannot be written; what was there before stays.
-pub fn write_exr(path: &Path, film: &Film, provenance: &Provenance, errors: ErrorChannels) -> Result<()> {
+pub fn write_exr(path: &Path, film: &Film, provenance: &Provenance, aovs: Aovs) -> Result<()> {
     let settings = film.settings();
     let size = Vec2(settings.width as usize, settings.height as usize);
     let source = FilmChannels {
         film,
         gain: provenance.exposure.unwrap_or(0.0).exp2() / xyz_of_unit(Observer::Cie1931)[1],
-        channels: channels(film, errors),
+        channels: channels(film, &aovs),
     };
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: exr::image::Blocks::ScanLines, line_order: LineOrder::Increasing };
     let software_name = Some(text(concat!("Abbe ", env!("CARGO_PKG_VERSION"))));
-    let other = attributes(film, provenance).into_iter().map(|(name, value)| (text(name), value)).collect();
+    let attributes = attributes(film, provenance).into_iter().chain(descriptions(&aovs));
+    let other = attributes.map(|(name, value)| (text(name), value)).collect();
     let layer = LayerAttributes { software_name, other, ..LayerAttributes::default() };
     let mut image = Image::from_layer(Layer::new(size, layer, encoding, source));
     // Without it `R G B` would mean the same (the default is Rec. 709), but not say so.
@@ -137,15 +143,45 @@ fn attributes(film: &Film, p: &Provenance) -> Vec<(&'static str, AttributeValue)
     ]
 }
 
+/// What the header says of first hits.
+fn descriptions(aovs: &Aovs) -> Vec<(&'static str, AttributeValue)> {
+    let of = |name, first_hits: Option<&FirstHits>, what: &str| {
+        Some((name, AttributeValue::Text(text(&format!("{what} ({} samples per pixel)", first_hits?.samples())))))
+    };
+    let all = [
+        of(
+            "abbe.depth",
+            aovs.depth,
+            "distance along the ray from the lens or sensor to the first surface, m: mean over the samples that meet one, 0 where none does",
+        ),
+        of(
+            "abbe.normal",
+            aovs.normal,
+            "shading normal of the first surface in world space (right-handed, Y up), towards the sensor: mean of unit vectors, not made unit \
+             again, nothing counting as 0",
+        ),
+        of(
+            "abbe.albedo",
+            aovs.albedo,
+            "linear sRGB of the first surface's reflectance under D65 (CIE 1931), a perfect reflector being 1 1 1; 1 for glass, at normal incidence \
+             for metals: mean, nothing counting as 0",
+        ),
+    ];
+    all.into_iter().flatten().collect()
+}
+
 /// What a channel of the file shows.
 #[derive(Debug, Clone, Copy)]
-enum Source {
+enum Source<'a> {
     Mean(usize),
     Error(usize),
     Rgb(usize),
+    Depth(&'a FirstHits),
+    Normal(&'a FirstHits, usize),
+    Albedo(&'a FirstHits, usize),
 }
 
-fn channels(film: &Film, errors: ErrorChannels) -> Vec<(String, Source)> {
+fn channels<'a>(film: &Film, aovs: &Aovs<'a>) -> Vec<(String, Source<'a>)> {
     let (bins, settings) = (film.bins(), film.settings());
     let mut list = vec![
         ("R".to_string(), Source::Rgb(0)),
@@ -157,9 +193,14 @@ fn channels(film: &Film, errors: ErrorChannels) -> Vec<(String, Source)> {
     ];
     let centre = |b: usize| settings.bins.centre_nm(b as u32);
     list.extend((0..bins).map(|b| (channel_name(centre(b)), Source::Mean(b))));
-    if errors == ErrorChannels::All {
+    if aovs.errors {
         list.push(("error.Y".to_string(), Source::Error(bins + 1)));
         list.extend((0..bins).map(|b| (error_channel_name(centre(b)), Source::Error(b))));
+    }
+    list.extend(aovs.depth.map(|first| ("depth.Z".to_string(), Source::Depth(first))));
+    for i in 0..3 {
+        list.extend(aovs.normal.map(|first| (format!("normal.{}", ["X", "Y", "Z"][i]), Source::Normal(first, i))));
+        list.extend(aovs.albedo.map(|first| (format!("albedo.{}", ["R", "G", "B"][i]), Source::Albedo(first, i))));
     }
     // The format wants them sorted by their bytes.
     list.sort_by(|a, b| a.0.cmp(&b.0));
@@ -170,12 +211,15 @@ fn channels(film: &Film, errors: ErrorChannels) -> Vec<(String, Source)> {
 struct FilmChannels<'a> {
     film: &'a Film,
     gain: f64,
-    channels: Vec<(String, Source)>,
+    channels: Vec<(String, Source<'a>)>,
 }
 
 impl FilmChannels<'_> {
     fn value(&self, pixel: usize, source: Source) -> f32 {
         match source {
+            Source::Depth(first) => first.depth(pixel),
+            Source::Normal(first, i) => first.normal(pixel)[i],
+            Source::Albedo(first, i) => first.albedo(pixel)[i],
             Source::Mean(channel) => self.film.pixel(pixel)[channel] as f32,
             Source::Error(channel) => self.film.standard_error(pixel, channel) as f32,
             Source::Rgb(c) => (linear_srgb_of_xyz(self.film.xyz(pixel))[c] * self.gain) as f32,

@@ -11,6 +11,7 @@
 
 mod backward;
 mod bvh;
+mod first_hits;
 mod forward;
 mod interiors;
 mod intersect;
@@ -26,7 +27,8 @@ pub use interiors::initial_interiors;
 use crate::bsdf::energy::EnergyTable;
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::render::{BatchStats, Integrator};
+use crate::film::first_hits::{Albedo, FirstHits};
+use crate::render::{BatchStats, Integrator, Renderer};
 use crate::scene::{Estimator, Light, Material, Scene, Sensor, WavelengthSampling};
 use crate::spectrum::library::{self, Cmf, Observer};
 use bvh::World;
@@ -128,6 +130,12 @@ impl Integrator for ReferenceIntegrator {
         };
         film.add_batch_f64(&sums, spp);
         Ok(stats)
+    }
+}
+
+impl Renderer for ReferenceIntegrator {
+    fn first_hits(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<FirstHits> {
+        Ok(self.stage.first_hits(albedos, index, samples))
     }
 }
 

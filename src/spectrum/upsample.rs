@@ -110,16 +110,12 @@ const PADDED: usize = (STEPS + 1).next_multiple_of(LANES);
 
 /// What turns a reflectance at the nodes into its linear sRGB: a row per component.
 static SENSOR: LazyLock<[[f64; PADDED]; 3]> = LazyLock::new(|| {
-    let cmf = library::observer(Observer::Cie1931);
-    let d65 = white();
     let mut rgb = [[0.0; PADDED]; 3];
-    // On a 1 nm grid, each value shared between the nodes beside it: exact for reflectances linear between nodes.
-    for i in 0..=STEPS * STEP_NM as usize {
+    // Each value shared between the nodes beside it: exact for reflectances linear between nodes.
+    for (i, (_, add)) in color_by_nm().enumerate() {
         let at = i as f64 / STEP_NM;
         let node = (at as usize).min(STEPS - 1);
         let t = at - node as f64;
-        let nm = 360.0 + i as f64;
-        let add = convert::linear_srgb_of_xyz(cmf.eval(nm).map(|bar| bar * d65.eval(nm)));
         for k in 0..3 {
             rgb[k][node] += (1.0 - t) * add[k];
             rgb[k][node + 1] += t * add[k];
@@ -127,6 +123,29 @@ static SENSOR: LazyLock<[[f64; PADDED]; 3]> = LazyLock::new(|| {
     }
     rgb.map(|row| row.map(|v| v / row.iter().sum::<f64>()))
 });
+
+/// Wavelengths on a 1 nm grid over those of the nodes, and what each adds to the linear sRGB of a white under D65, unscaled.
+fn color_by_nm() -> impl Iterator<Item = (f64, [f64; 3])> {
+    let (cmf, d65) = (library::observer(Observer::Cie1931), white());
+    (0..=STEPS * STEP_NM as usize).map(move |i| {
+        let nm = 360.0 + i as f64;
+        (nm, convert::linear_srgb_of_xyz(cmf.eval(nm).map(|bar| bar * d65.eval(nm))))
+    })
+}
+
+/// Colour of the reflectance that is `rho(nm)` at nm: the inverse of [`reflectance_from_linear_srgb`]. Components lie outside [0, 1] for colours
+/// outside the gamut.
+pub fn color_of_reflectance(rho: impl Fn(f64) -> f64) -> [f64; 3] {
+    let (mut color, mut white) = ([0.0; 3], [0.0; 3]);
+    for (nm, add) in color_by_nm() {
+        let rho = rho(nm);
+        for k in 0..3 {
+            color[k] += rho * add[k];
+            white[k] += add[k];
+        }
+    }
+    std::array::from_fn(|k| color[k] / white[k])
+}
 
 /// Colour of a sigmoid minus `target`, and its derivatives by c0, c1, c2 (rows are R, G, B).
 fn residual(sensor: &[[f64; PADDED]; 3], c: &[f64; 3], target: &[f64; 3]) -> ([f64; 3], convert::Matrix) {

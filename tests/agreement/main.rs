@@ -5,6 +5,7 @@
 
 mod compare;
 mod features;
+mod first_hits;
 mod furnace;
 mod independent;
 mod shipped;

@@ -1,7 +1,7 @@
 //! Running the command in a folder of its own.
 
 use abbe::film::Film;
-use abbe::output::exr::ErrorChannels;
+use abbe::output::exr::Aovs;
 use abbe::output::{Provenance, write_exr};
 use abbe::scene::{Bins, FilmSettings, Filter, WavelengthSampling};
 use std::path::{Path, PathBuf};
@@ -82,5 +82,5 @@ pub fn write_film(path: &Path, (width, height, bins): (u32, u32, u32), batches: 
         let sums: Vec<f64> = (0..pixels * channels).map(|i| batch(i / channels, i % channels)).collect();
         film.add_batch_f64(&sums, 1);
     }
-    write_exr(path, &film, &Provenance::default(), ErrorChannels::All).unwrap();
+    write_exr(path, &film, &Provenance::default(), Aovs { errors: true, ..Aovs::default() }).unwrap();
 }

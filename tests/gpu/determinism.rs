@@ -2,9 +2,10 @@
 
 use crate::support::*;
 use abbe::film::Film;
+use abbe::film::first_hits::albedos;
 use abbe::integrator::GpuIntegrator;
 use abbe::output::SpectralImage;
-use abbe::render::{BatchStats, Integrator};
+use abbe::render::{BatchStats, Integrator, Renderer};
 use abbe::scene::Scene;
 use serde_json::json;
 use std::process::Command;
@@ -49,6 +50,12 @@ fn the_same_seed_gives_the_same_bits_however_the_work_is_split() {
     for groups in [1, 5] {
         assert!(first == render(&scene, 1, 17, Some(groups)), "dispatches of {groups} workgroups differ");
     }
+    let first_hits = |groups| {
+        let mut integrator = GpuIntegrator::new(&scene, None, 1).unwrap();
+        integrator.limit_dispatches(groups);
+        integrator.first_hits(&albedos(&scene), 0, 16).unwrap()
+    };
+    assert!(first_hits(1 << 16) == first_hits(1), "first hits differ");
     let other = render(&scene, 2, 17, None);
     let same = first.0.iter().zip(&other.0).filter(|(a, b)| a == b).count();
     assert!(same * 100 < first.0.len(), "{same} values of another seed are the same");

@@ -14,6 +14,8 @@ fn kernels(scene: &Scene) -> Vec<(&'static str, String)> {
     let constants = plan.constants()
         + "const BVH_STACK = 24u;\nconst LIGHTS = 3u;\nconst FIRST_DISTANT_LIGHT = 1u;\nconst ENVIRONMENT_LIGHT = 2u;\nconst TARGETS = 2u;\nconst HEADS = 1024u;\n";
     let mut roots = vec![("camera_paths.wgsl", &plan.camera), ("update_film.wgsl", &plan.camera)];
+    let first_hits = plan.first_hits();
+    roots.push(("first_hits.wgsl", &first_hits));
     roots.extend(plan.light.iter().map(|features| ("light_paths.wgsl", features)));
     roots.into_iter().map(|(root, features)| (root, kernel_source(root, &constants, features).unwrap())).collect()
 }

@@ -1,0 +1,103 @@
+// What the rays of every pixel meet first: a pass of its own, run only on request. One invocation owns one pixel and sends `samples` rays through its
+// filter and the lens. Fog hides nothing.
+#include "common/math.wgsl"
+#include "common/sampler.wgsl"
+#include "common/bindings.wgsl"
+
+@group(0) @binding(5) var albedos: Table; // of every material: colour, and the share of rays that it stops
+@group(0) @binding(14) var<storage, read_write> first_hits: array<vec4f>; // per pixel: sum of normals and depths; of albedos, and their number
+
+// start_ray fills these.
+var<private> beta: array<vec4f, LANES4>;
+var<private> li: array<vec4f, LANES4>;
+
+#include "geometry/trace.wgsl"
+#include "geometry/surface.wgsl"
+#if INTERIORS
+#include "medium/interiors.wgsl"
+#endif
+#include "sensor/sensor.wgsl"
+#include "common/tile.wgsl"
+
+struct FirstHit {
+    n: vec3f, // shading normal, on the side of the ray
+    depth: f32, // m
+    albedo: vec4f, // w is 1, or 0 where the ray meets nothing
+}
+
+fn albedo_of(material: u32) -> vec4f {
+    return bitcast<vec4f>(fetch(albedos, material));
+}
+
+// Whether a surface of this material stops the ray at hand: boundaries do not, mixtures with them sometimes.
+fn stops(material: u32) -> bool {
+    let share = albedo_of(material).w;
+    return share >= 1.0 || next_1d() < share;
+}
+
+fn first_hit(start: Ray) -> FirstHit {
+    var ray = start;
+#if CONTACT
+    leaving_contact = NONE;
+#endif
+#if INTERIORS
+    inside = params.inside;
+#endif
+    for (var crossings = 0u; crossings <= MAX_CROSSINGS; crossings++) {
+        let hit = trace(ray);
+        if (hit.primitive == NONE) {
+            break;
+        }
+        let s = surface_at(ray, hit);
+        var index = material_of(hit.primitive);
+        var is_there = stops(index);
+#if INTERIORS
+        let interior = material_at(index).interior;
+        if (interior != NONE) {
+            let sides = cross_surface(inside, ray, s, interior, hit);
+            is_there = is_there && ruling_rank(sides.here) != ruling_rank(sides.beyond);
+            inside = sides.beyond;
+#if CONTACT
+            if (hit.contact != NONE) {
+                // Of a volume's surface and another that touches it, the other is seen.
+                let other = material_of(hit.contact);
+                if (material_at(other).interior == NONE && stops(other)) {
+                    index = other;
+                    is_there = true;
+                }
+            }
+#endif
+        }
+#endif
+#if CONTACT
+        leaving_contact = hit.contact;
+#endif
+        if (is_there) {
+            let side = select(1.0, -1.0, dot(s.n, ray.d) > 0.0);
+            return FirstHit(side * s.ns, distance(start.o, s.p), vec4f(albedo_of(index).xyz, 1.0));
+        }
+        ray.o = leave(s, ray.d);
+        ray.from_primitive = s.primitive;
+    }
+    return FirstHit(vec3f(0.0), 0.0, vec4f(0.0));
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
+    let in_tile = pixel_in_tile(group.x, local);
+    if (in_tile.x >= params.tile_width || in_tile.y >= params.tile_height) {
+        return;
+    }
+    let pixel = vec2u(params.tile_x, params.tile_y) + in_tile;
+    var normal_depth = vec4f(0.0);
+    var albedo = vec4f(0.0);
+    for (var sample = 0u; sample < params.samples; sample++) {
+        start_sampler(pixel.y * params.image_width + pixel.x, params.batch, params.seed, sample);
+        let met = first_hit(start_ray(pixel));
+        normal_depth += vec4f(met.n, met.depth);
+        albedo += met.albedo;
+    }
+    let slot = 2u * (in_tile.y * params.tile_width + in_tile.x);
+    first_hits[slot] = normal_depth;
+    first_hits[slot + 1u] = albedo;
+}

@@ -1,0 +1,89 @@
+//! What the rays of every pixel meet first: depth, normal and albedo, which denoisers and compositors ask for. Fog hides nothing, and what is no
+//! surface (boundaries, volumes inside others that rule over them) is passed through.
+
+use crate::bsdf::fresnel;
+use crate::color::convert::xyz_of_linear_srgb;
+use crate::scene::{Material, Scene};
+use crate::spectrum::upsample::color_of_reflectance;
+
+/// Sums over samples of one pixel: normal (world space, of length 1, on the side that is seen), distance along the ray in m, albedo, and the number
+/// of samples that met a surface.
+pub type Sums = [f32; 8];
+
+/// First hits of all pixels, row by row from the upper left.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FirstHits {
+    samples: u32,
+    sums: Vec<Sums>,
+}
+
+impl FirstHits {
+    /// From the sums over `samples` samples of every pixel.
+    pub fn new(samples: u32, sums: Vec<Sums>) -> Self {
+        Self { samples, sums }
+    }
+
+    /// Samples of a pixel.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// What the means are made of.
+    pub fn sums(&self) -> &[Sums] {
+        &self.sums
+    }
+
+    /// Mean distance over the samples of a pixel that met a surface, m; 0 where none did.
+    pub fn depth(&self, pixel: usize) -> f32 {
+        let [.., depth, _, _, _, met] = self.sums[pixel];
+        if met > 0.0 { depth / met } else { 0.0 }
+    }
+
+    /// Mean normal of a pixel, shorter than 1 where normals differ; nothing counts as 0.
+    pub fn normal(&self, pixel: usize) -> [f32; 3] {
+        std::array::from_fn(|i| self.sums[pixel][i] / self.samples as f32)
+    }
+
+    /// Mean albedo of a pixel; nothing counts as 0.
+    pub fn albedo(&self, pixel: usize) -> [f32; 3] {
+        std::array::from_fn(|i| self.sums[pixel][4 + i] / self.samples as f32)
+    }
+}
+
+/// What a material looks like without light and shade.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Albedo {
+    /// Colour of its reflectance, as [`color_of_reflectance`] has it: white is 1 for glass too, metals have their reflectance at normal incidence.
+    pub rgb: [f64; 3],
+    /// Share of rays that it stops: 0 for boundaries, which nobody sees, between 0 and 1 for mixtures with them.
+    pub presence: f64,
+}
+
+/// Albedos of all materials of a scene.
+pub fn albedos(scene: &Scene) -> Vec<Albedo> {
+    let of = |material: &Material| {
+        let reflected = color_of_reflectance(|nm| parts(scene, material, nm)[0]);
+        // Its luminance counts where it depends on wavelength.
+        let [_, presence, _] = xyz_of_linear_srgb(color_of_reflectance(|nm| parts(scene, material, nm)[1]));
+        let rgb = if presence > 0.0 { reflected.map(|v| v / presence) } else { [0.0; 3] };
+        Albedo { rgb, presence }
+    };
+    scene.materials.iter().map(of).collect()
+}
+
+/// Reflectance of a material at `nm`, and how much of it is there.
+fn parts(scene: &Scene, material: &Material, nm: f64) -> [f64; 2] {
+    match material {
+        Material::Diffuse { reflectance } => [reflectance.eval(nm), 1.0],
+        Material::Dielectric { .. } | Material::ThinDielectric { .. } => [1.0, 1.0],
+        Material::Conductor { eta, k, .. } => {
+            let around = scene.interiors[0].ior.eval(nm);
+            [fresnel::conductor(1.0, eta.eval(nm) / around, k.eval(nm) / around), 1.0]
+        }
+        Material::Mix { a, b, weight } => {
+            let (w, a, b) = (weight.eval(nm), parts(scene, &scene.materials[*a], nm), parts(scene, &scene.materials[*b], nm));
+            std::array::from_fn(|i| w * a[i] + (1.0 - w) * b[i])
+        }
+        Material::Boundary { .. } => [0.0, 0.0],
+    }
+}

@@ -1,0 +1,40 @@
+//! The pass of first hits on the GPU: compiled and run when it is asked for, and no part of a render.
+
+use super::gpu_integrator::{Job, Pass};
+use crate::error::Result;
+use crate::film::Tile;
+use crate::film::first_hits::{Albedo, FirstHits, Sums};
+use crate::gpu::layout::Params;
+use crate::gpu::{Gpu, Resource};
+use glam::{DVec3, Vec4};
+
+/// Albedos as the shader reads them.
+pub(super) fn table(albedos: &[Albedo]) -> Vec<Vec4> {
+    albedos.iter().map(|a| DVec3::from(a.rgb).as_vec3().extend(a.presence as f32)).collect()
+}
+
+/// Runs `pass` over `tiles` of the image that `params` describes; `resources` are the scene's and the table of albedos.
+pub(super) fn run(
+    gpu: &Gpu,
+    mut pass: Pass,
+    tiles: &[Tile],
+    resources: &[(&str, &Resource)],
+    (uniforms, counters): (&Resource, &Resource),
+    params: Params,
+) -> Result<FirstHits> {
+    let width = params.image_width as usize;
+    let mut sums = vec![[0.0; 8]; width * params.image_height as usize];
+    for tile in tiles {
+        let (columns, bytes) = (tile.width as usize, u64::from(tile.width) * u64::from(tile.height) * size_of::<Sums>() as u64);
+        let found = gpu.empty_storage("first hits", bytes)?;
+        let resources = [resources, &[("params", uniforms), ("first_hits", &found)]].concat();
+        let params = Params { tile_x: tile.x, tile_y: tile.y, tile_width: tile.width, tile_height: tile.height, ..params };
+        let job = Job { gpu, uniforms, counters, resources: &resources, params };
+        job.run(&mut pass, tile.width.div_ceil(8) * tile.height.div_ceil(8))?;
+        for (row, found) in gpu.read::<Sums>(&found, bytes)?.chunks_exact(columns).enumerate() {
+            let first = (tile.y as usize + row) * width + tile.x as usize;
+            sums[first..first + columns].copy_from_slice(found);
+        }
+    }
+    Ok(FirstHits::new(params.samples, sums))
+}

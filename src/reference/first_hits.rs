@@ -1,0 +1,54 @@
+//! What rays meet first, in double precision.
+
+use super::Stage;
+use super::interiors::{Crossing, MAX_STRAIGHT, cross, interior_of};
+use super::intersect::{Hit, Ray};
+use super::rng::Rng;
+use super::sensor::sample_view;
+use crate::film::first_hits::{Albedo, FirstHits, Sums};
+use crate::scene::Material;
+use rayon::prelude::*;
+
+impl Stage {
+    /// `samples` rays of every pixel; `albedos` are those of the scene's materials.
+    pub(super) fn first_hits(&self, albedos: &[Albedo], index: u32, samples: u32) -> FirstHits {
+        let pixel = |pixel: usize| -> Sums {
+            let mut sums = [0.0; 8];
+            for sample in 0..samples {
+                let mut rng = Rng::new(self.seed, index, pixel as u64 * u64::from(samples) + u64::from(sample));
+                let ray = sample_view(&self.scene.sensor, &self.scene.film, pixel, self.world.extent, &mut rng).ray;
+                let origin = ray.origin;
+                let Some((hit, albedo)) = self.first_hit(ray, albedos, &mut rng) else { continue };
+                let [n, [r, g, b]] = [hit.ns.to_array(), albedo.rgb];
+                let met = [n[0], n[1], n[2], hit.p.distance(origin), r, g, b, 1.0];
+                sums.iter_mut().zip(met).for_each(|(sum, v)| *sum += v);
+            }
+            sums.map(|v| v as f32)
+        };
+        FirstHits::new(samples, (0..self.pixels()).into_par_iter().map(pixel).collect())
+    }
+
+    /// The surface that a ray meets first, its normals on the side of the ray, and its albedo.
+    fn first_hit(&self, mut ray: Ray, albedos: &[Albedo], rng: &mut Rng) -> Option<(Hit, Albedo)> {
+        let mut inside = self.interiors_of_view(ray.origin);
+        for _ in 0..=MAX_STRAIGHT {
+            let hits = self.world.intersect(&ray);
+            let met: Vec<(&Hit, &Material)> =
+                hits.iter().map(|h| (h, &self.scene.materials[self.scene.shapes[h.shape].material])).collect();
+            let albedo = |hit: &Hit| albedos[self.scene.shapes[hit.shape].material];
+            let seen = |hit: &Hit| Hit { ns: if ray.dir.dot(hit.ng) > 0.0 { -hit.ns } else { hit.ns }, ..*hit };
+            // Of surfaces that coincide the boundaries of volumes come last.
+            let others = met.iter().filter(|(_, material)| interior_of(material).is_none());
+            if let Some((hit, _)) = others.into_iter().find(|(hit, _)| rng.next() < albedo(hit).presence) {
+                return Some((seen(hit), albedo(hit)));
+            }
+            let (beyond, crossing) = cross(&self.scene, &inside, ray.dir, &met);
+            if let Crossing::Interface { hit, .. } = crossing {
+                return Some((seen(hit), albedo(hit)));
+            }
+            inside = beyond;
+            ray = Ray { origin: hits.first()?.p, dir: ray.dir, t_min: 0.0, on: hits.iter().map(|h| h.prim).collect() };
+        }
+        None
+    }
+}
