@@ -103,6 +103,17 @@ fn json_is_one_object_on_standard_output() {
     let output = folder.run(&["info", "ball.exr", "--json"]);
     let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&value["size"], &value["abbe.scene"]), (&"8x6".into(), &"ball".into()));
+    assert_eq!(
+        (&value["quantity"], &value["bins"]),
+        (&"radiance, W m^-2 sr^-1 nm^-1".into(), &"4 over 380.00 to 780.00 nm".into())
+    );
+    for key in ["abbe.version", "abbe.sceneHash", "abbe.seed", "abbe.samples", "abbe.seconds", "abbe.droppedNotFinite", "EV"] {
+        assert!(value[key].as_str().is_some_and(|text| !text.is_empty()), "{key}: {value}");
+    }
+
+    let reflective = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/fichet_reflective_20.exr");
+    let output = folder.run(&["info", reflective]);
+    assert!(text(&output.stdout).contains("  reflectance, 1\n"), "{}", text(&output.stdout));
 }
 
 #[test]

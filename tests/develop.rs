@@ -214,6 +214,38 @@ fn band_files_are_read_with_a_table_or_a_range() {
 }
 
 #[test]
+fn a_file_of_mitsuba_is_read_by_every_command_with_its_table_of_bands() {
+    let folder = Folder::new("mitsuba");
+    for name in ["mitsuba_bands.exr", "mitsuba_bands.txt"] {
+        std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name), folder.path(name)).unwrap();
+    }
+    let json = |line: &str| -> serde_json::Value {
+        let output = folder.command(&format!("{line} --json --bands mitsuba_bands.txt"));
+        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let info = json("info mitsuba_bands.exr");
+    assert_eq!((&info["size"], &info["bins"]), (&"6x4".into(), &"5 over 380.00 to 780.00 nm".into()));
+    assert!(info["generatedBy"].as_str().unwrap().starts_with("Mitsuba version 3"));
+    // The sky rises from 1 at 380 nm to 2 at 780 nm; the ball reflects half of it.
+    let probe = json("probe mitsuba_bands.exr 0,0 3,2");
+    for (place, share) in [(0, 1.0), (1, 0.5)] {
+        for (nm, mean) in [410.0, 465.0, 530.0, 595.0, 700.0].iter().zip(probe[place]["mean"].as_array().unwrap()) {
+            let exact = share * (1.0 + (nm - 380.0) / 400.0);
+            assert!((mean.as_f64().unwrap() / exact - 1.0).abs() < 0.02, "{place}, {nm} nm: {mean} is not {exact}");
+        }
+    }
+    folder.run("develop mitsuba_bands.exr -o a.exr --exposure 0 --bands mitsuba_bands.txt");
+    let sky = abbe::spectrum::Spectrum::Table { nm: vec![380.0, 780.0], values: vec![1.0, 2.0], extend: false };
+    let xyz = cie::xyz_of(&sky, Observer::Cie1931).map(|v| v / cie::xyz_of_unit(Observer::Cie1931)[1]);
+    assert_near(rgb(&folder.path("a.exr")), abbe::color::convert::linear_srgb_of_xyz(xyz), 0.02, "the sky");
+    let compared = json("compare mitsuba_bands.exr mitsuba_bands.exr");
+    assert_eq!(compared["flip"]["max"].as_f64(), Some(0.0), "{compared}");
+    folder.fails("info mitsuba_bands.exr", "--bands");
+    folder.fails("probe mitsuba_bands.exr 0,0", "--bands");
+}
+
+#[test]
 fn reflectances_are_shown_under_the_light_that_is_named() {
     let folder = Folder::new("reflective");
     let patch = library::reflectance("ColorChecker/red").unwrap();

@@ -102,7 +102,7 @@ impl Reference {
             None => scene.with_extension("").join("reference.exr"),
         };
         let given = args.reference.as_ref().is_some_and(|given| *given == path);
-        if given || path.exists() { Ok(Some(Reference { measured: Measurement::read(&path)?, path })) } else { Ok(None) }
+        if given || path.exists() { Ok(Some(Reference { measured: Measurement::read(&path, None)?, path })) } else { Ok(None) }
     }
 }
 

@@ -1,5 +1,6 @@
 //! `abbe compare`: how far two spectral EXRs of the same view are apart, for people and for scripts.
 
+use super::bands::BandsArgs;
 use super::print::out;
 use super::{Done, Outcome, values};
 use crate::color::bins::{emission_weights, reflection_weights};
@@ -10,7 +11,7 @@ use crate::color::lab::{delta_e_2000, lab_of_xyz};
 use crate::color::picture::{AUTO_SHARE, auto_exposure};
 use crate::error::{Error, Result};
 use crate::output::difference::{Measurement, ZTest, matches, relative_mse, rmse, z_test};
-use crate::output::{Quantity, SpectralImage, check_writable, write_rgb};
+use crate::output::{Bands, Quantity, SpectralImage, check_writable, write_rgb};
 use crate::spectrum::library::{Observer, illuminant};
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -65,6 +66,8 @@ pub struct Args {
     /// Difference of the picture's fullest colour, cd m^-2 or Delta E [default: that of all but 1 % of pixels]
     #[arg(long, value_name = "X", value_parser = values::limit, requires = "output")]
     scale: Option<f64>,
+    #[command(flatten)]
+    bands: BandsArgs,
     /// Print one JSON object instead of lines
     #[arg(long)]
     json: bool,
@@ -78,8 +81,9 @@ enum Shown {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    let a = read(&args.image)?;
-    let b = read(&args.reference)?;
+    let bands = args.bands.bands()?;
+    let a = read(&args.image, bands.as_ref())?;
+    let b = read(&args.reference, bands.as_ref())?;
     matches(&a.image, &b.image)
         .map_err(|problem| Error::file(&args.image, format!("{problem} of {}", args.reference.display()), "render both alike"))?;
     let comparison = Comparison::of(&a, &b, args.exposure);
@@ -96,8 +100,8 @@ pub fn run(args: &Args) -> Outcome {
     Ok(if failures.is_empty() { Done::Completely } else { Done::Differently })
 }
 
-fn read(path: &Path) -> Result<Measurement> {
-    let measured = Measurement::read(path)?;
+fn read(path: &Path, bands: Option<&Bands>) -> Result<Measurement> {
+    let measured = Measurement::read(path, bands)?;
     match measured.image.data.iter().filter(|v| !v.is_finite()).count() {
         0 => Ok(measured),
         n => Err(Error::file(path, format!("{n} values are not finite"), "compare images that are whole")),

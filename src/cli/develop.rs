@@ -1,5 +1,6 @@
 //! `abbe develop`: from a spectral EXR to a picture.
 
+use super::bands::BandsArgs;
 use super::print::{note, out};
 use super::{Done, Outcome};
 use crate::color::adapt::{Method, White};
@@ -9,7 +10,7 @@ use crate::color::space::Space;
 use crate::color::tone::Tone;
 use crate::error::Error;
 use crate::output::picture::{Format, Precision};
-use crate::output::{Bands, Quantity, SpectralImage, check_writable, write_picture};
+use crate::output::{Quantity, SpectralImage, check_writable, write_picture};
 use crate::spectrum::Spectrum;
 use crate::spectrum::library::{self, Observer};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -23,9 +24,7 @@ const EXAMPLES: &str = "Examples:
   abbe develop chart.exr -o chart.png --illuminant FL11
   abbe develop mitsuba.exr -o picture.png --bands 400-700
 
-A file that Abbe rendered keeps the exposure of its own picture; a reflectance has 0; others are exposed automatically.
-For files whose channels do not name their wavelengths, --bands 400-700 divides that range among the channels whose
-names end in a number, and --bands FILE reads a table of lines 'CHANNEL LOW_NM HIGH_NM [RESPONSE or mean]'.";
+A file that Abbe rendered keeps the exposure of its own picture; a reflectance has 0; others are exposed automatically.";
 
 const OBSERVERS: [(&str, Observer); 2] = [("1931", Observer::Cie1931), ("1964", Observer::Cie1964)];
 const METHODS: [(&str, Method); 2] = [("bradford", Method::Bradford), ("cat16", Method::Cat16)];
@@ -77,9 +76,8 @@ pub struct Args {
     /// Light on a reflectance (T channels): a CIE illuminant or the temperature of a blackbody
     #[arg(long, value_name = "LIGHT", default_value = "D65", value_parser = light)]
     illuminant: Spectrum,
-    /// What channels without wavelengths are: a range in nm for numbered ones, or a file with a table
-    #[arg(long, value_name = "LO-HI or FILE", value_parser = bands)]
-    bands: Option<BandsArg>,
+    #[command(flatten)]
+    bands: BandsArgs,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,21 +86,11 @@ enum Exposure {
     Auto(f64),
 }
 
-#[derive(Debug, Clone, PartialEq)]
-enum BandsArg {
-    Range(f64, f64),
-    Table(PathBuf),
-}
-
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let format = Format::of(&args.output);
     check_writable(&args.output)?;
-    let image = match &args.bands {
-        None => SpectralImage::read(&args.input)?,
-        Some(BandsArg::Range(lo, hi)) => SpectralImage::read_bands(&args.input, &Bands::Range(*lo, *hi))?,
-        Some(BandsArg::Table(path)) => SpectralImage::read_bands(&args.input, &Bands::read(path)?)?,
-    };
+    let image = args.bands.read(&args.input)?;
     let colours = image.xyz(args.observer, &args.illuminant);
     let colours = colours.map_err(|problem| Error::file(&args.input, problem, "give a file of visible light"))?;
     colours.note.iter().for_each(|n| note(&format!("note: {n}")));
@@ -170,15 +158,6 @@ fn white(text: &str) -> Result<White, String> {
     }
 }
 
-fn bands(text: &str) -> Result<BandsArg, String> {
-    let range = text.split_once('-').and_then(|(lo, hi)| Some((lo.parse::<f64>().ok()?, hi.parse::<f64>().ok()?)));
-    match range {
-        None => Ok(BandsArg::Table(PathBuf::from(text))),
-        Some((lo, hi)) if lo > 0.0 && hi > lo && hi < 1e6 => Ok(BandsArg::Range(lo, hi)),
-        Some(_) => Err("write the range in nm from low to high, as in 400-700".to_string()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -193,8 +172,5 @@ mod tests {
         assert_eq!(white("0.31, 0.33"), Ok(White::Chromaticity([0.31, 0.33])));
         assert_eq!(Some(white("d65").expect("D65")), White::illuminant("D65"));
         assert!(["D66", "3K", "K", "0.5,0.6", "0,0.3", "1,2,3", "x,y"].iter().all(|text| white(text).is_err()));
-        assert_eq!(bands("400-700"), Ok(BandsArg::Range(400.0, 700.0)));
-        assert_eq!(bands("a-b.txt"), Ok(BandsArg::Table("a-b.txt".into())));
-        assert!(bands("700-400").is_err());
     }
 }

@@ -1,6 +1,8 @@
 //! `abbe info` and `abbe check`: what is in a file, and whether it is right.
 
+use super::bands::BandsArgs;
 use super::load::{Overrides, SceneArgs};
+use super::quantity::Quantity;
 use super::{Done, Outcome, print::out};
 use crate::error::{Error, Result};
 use crate::output::SpectralImage;
@@ -13,7 +15,8 @@ use std::path::{Path, PathBuf};
 const INFO_EXAMPLES: &str = "Examples:
   abbe info scenes/newton.json
   abbe info model.glb
-  abbe info newton.exr --json";
+  abbe info newton.exr --json
+  abbe info mitsuba.exr --bands 400-700";
 
 const CHECK_EXAMPLES: &str = "Examples:
   abbe check scenes/newton.json
@@ -28,6 +31,8 @@ pub struct Args {
     /// Let a scene name files outside its own folder
     #[arg(long)]
     allow_outside: bool,
+    #[command(flatten)]
+    bands: BandsArgs,
     /// Print one JSON object instead of lines
     #[arg(long)]
     json: bool,
@@ -40,10 +45,13 @@ pub struct CheckArgs {
     scene: SceneArgs,
 }
 
+/// Characters of a value that a line shows.
+const LONGEST: usize = 240;
+
 /// `abbe info`.
 pub fn run(args: &Args) -> Outcome {
     let facts = if is_exr(&args.file)? {
-        describe_image(&SpectralImage::read(&args.file)?)
+        describe_image(&args.bands.read(&args.file)?)
     } else {
         let overrides = Overrides { allow_outside: args.allow_outside, ..Overrides::default() };
         describe_scene(&overrides.load(&args.file)?)
@@ -58,7 +66,10 @@ pub fn run(args: &Args) -> Outcome {
                 one => vec![one],
             };
             for (i, value) in values.iter().enumerate() {
-                let text = value.as_str().map_or_else(|| value.to_string(), str::to_string);
+                let mut text = value.as_str().map_or_else(|| value.to_string(), str::to_string);
+                if let Some((at, _)) = text.char_indices().nth(LONGEST) {
+                    text.replace_range(at.., " ...");
+                }
                 out(&format!("{:width$}  {text}", if i == 0 { &name } else { "" }));
             }
         }
@@ -87,10 +98,13 @@ fn is_exr(path: &Path) -> Result<bool> {
 type Facts = Vec<(String, Value)>;
 
 fn describe_image(image: &SpectralImage) -> Facts {
-    let nm = &image.wavelengths_nm;
+    let (nm, edges, quantity) = (&image.wavelengths_nm, image.edges_nm(), Quantity::of(image));
+    let bins = format!("{} over {:.2} to {:.2} nm", nm.len(), edges[0], edges[nm.len()]);
     let mut facts = vec![
         ("kind".to_string(), json!("spectral EXR")),
         ("size".to_string(), json!(format!("{}x{}", image.width, image.height))),
+        ("quantity".to_string(), json!(format!("{}, {}", quantity.name, quantity.unit))),
+        ("bins".to_string(), json!(bins)),
         ("wavelengths".to_string(), json!(format!("{} from {} to {} nm", nm.len(), nm[0], nm[nm.len() - 1]))),
     ];
     let mean = image.data.iter().map(|&v| f64::from(v)).sum::<f64>() / image.data.len().max(1) as f64;
@@ -99,10 +113,15 @@ fn describe_image(image: &SpectralImage) -> Facts {
     facts.push(("not finite or negative".to_string(), json!(bad)));
     if let Some(y) = image.other("XYZ.Y") {
         let mean = y.iter().map(|&v| f64::from(v)).sum::<f64>() / y.len().max(1) as f64;
-        facts.push(("mean luminance".to_string(), json!(format!("{mean:.6e}"))));
+        facts.push(("mean of Y".to_string(), json!(format!("{mean:.6e} {}", quantity.photometric_unit))));
     }
-    let names: Vec<&str> = image.others.iter().map(|(name, _)| name.as_str()).collect();
-    facts.push(("other channels".to_string(), json!(names.join(" "))));
+    let of_bin = |name: &str| name.strip_prefix("error.").is_some_and(|bin| bin.ends_with("nm"));
+    let (errors, others): (Vec<&str>, Vec<&str>) =
+        image.others.iter().map(|(name, _)| name.as_str()).partition(|name| of_bin(name));
+    facts.push(("other channels".to_string(), json!(others.join(" "))));
+    if !errors.is_empty() {
+        facts.push(("error channels".to_string(), json!(format!("{}, as {}", errors.len(), errors[0]))));
+    }
     facts.extend(image.attributes.iter().map(|(name, value)| (name.clone(), json!(value))));
     facts
 }

@@ -4,6 +4,7 @@
 //! compared is not alike, 2 the request or its input is at fault (one line says what and what to do), 130 interrupted by Ctrl-C (what was
 //! rendered is written first).
 
+mod bands;
 mod bench;
 mod bench_scenes;
 mod compare;
@@ -16,6 +17,7 @@ mod load;
 mod print;
 mod probe;
 mod progress;
+mod quantity;
 mod render;
 mod values;
 

@@ -1,6 +1,8 @@
 //! `abbe probe`: the spectrum under a pixel or a region of a spectral EXR.
 
+use super::bands::BandsArgs;
 use super::print::out;
+use super::quantity::Quantity;
 use super::{Done, Outcome, values};
 use crate::color::bins::emission_weights;
 use crate::color::chromaticity::{correlated_color_temperature, dominant_wavelength};
@@ -8,7 +10,7 @@ use crate::color::cie::xy;
 use crate::color::convert::{linear_srgb_of_xyz, srgb_encode};
 use crate::error::{Error, Result};
 use crate::output::plot::{Axis, Curve, Plot};
-use crate::output::{self, SpectralImage, check_writable, write_text};
+use crate::output::{SpectralImage, check_writable, write_text};
 use crate::spectrum::library::{self, Observer};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -36,6 +38,8 @@ pub struct Args {
     /// Plot of the spectra, as SVG
     #[arg(short, long, value_name = "OUT.svg", value_parser = values::svg)]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    bands: BandsArgs,
     /// Print a JSON array instead of lines
     #[arg(long)]
     json: bool,
@@ -43,7 +47,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    let image = SpectralImage::read(&args.image)?;
+    let image = args.bands.read(&args.image)?;
     let probes = args.regions.iter().map(|region| Probe::of(&image, region, args)).collect::<Result<Vec<_>>>()?;
     let quantity = Quantity::of(&image);
     if let Some(path) = &args.output {
@@ -57,26 +61,6 @@ pub fn run(args: &Args) -> Outcome {
         out(&table(&image, &quantity, &probes));
     }
     Ok(Done::Completely)
-}
-
-/// What the pixels of a file are.
-struct Quantity {
-    name: &'static str,
-    unit: &'static str,
-    photometric_unit: &'static str,
-}
-
-impl Quantity {
-    fn of(image: &SpectralImage) -> Self {
-        if image.quantity == output::Quantity::Reflective {
-            let photometric_unit = "cd m^-2, lit by the equal-energy spectrum of 1 W m^-2 sr^-1 nm^-1";
-            Quantity { name: "reflectance", unit: "1", photometric_unit }
-        } else if image.attribute("abbe.quantity").is_some_and(|q| q.starts_with("irradiance")) {
-            Quantity { name: "irradiance", unit: "W m^-2 nm^-1", photometric_unit: "lx" }
-        } else {
-            Quantity { name: "radiance", unit: "W m^-2 sr^-1 nm^-1", photometric_unit: "cd m^-2" }
-        }
-    }
 }
 
 /// What is under one region.

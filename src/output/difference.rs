@@ -1,6 +1,6 @@
 //! The difference between two images of the same pixels: squared errors, and tests whether it is more than their errors explain.
 
-use super::SpectralImage;
+use super::{Bands, SpectralImage};
 use crate::error::Result;
 use std::path::Path;
 
@@ -22,9 +22,9 @@ impl Measurement {
     /// every value is one draw of the standard error, such as half the difference of two independent halves of a render.
     ///
     /// # Errors
-    /// [`crate::Error::File`] as of [`SpectralImage::read`], and where the file beside it does not match.
-    pub fn read(path: &Path) -> Result<Self> {
-        let image = SpectralImage::read(path)?;
+    /// [`crate::Error::File`] as of [`SpectralImage::read_with`], and where the file beside it does not match.
+    pub fn read(path: &Path, bands: Option<&Bands>) -> Result<Self> {
+        let image = SpectralImage::read_with(path, bands)?;
         let mean_errors = image.attribute("abbe.meanErrors").and_then(|text| {
             let errors: Vec<f64> =
                 text.split(' ').map(|t| t.parse().ok().filter(|e: &f64| e.is_finite())).collect::<Option<_>>()?;
@@ -38,7 +38,7 @@ impl Measurement {
         name.push("_error.exr");
         let beside = path.with_file_name(name);
         let errors = if beside.exists() {
-            let error = SpectralImage::read(&beside)?;
+            let error = SpectralImage::read_with(&beside, bands)?;
             matches(&error, &image).map_err(|problem| {
                 crate::Error::file(&beside, format!("{problem} of {}", path.display()), "remove it, or put the right one there")
             })?;

@@ -52,15 +52,11 @@ impl SpectralImage {
         Self::read_with(path.as_ref(), None)
     }
 
-    /// Reads a file whose spectral channels are those of `bands`.
+    /// Reads a file whose spectral channels are those of `bands` or, where it has none of them, those that name their wavelengths.
     ///
     /// # Errors
-    /// [`Error::File`] where the file cannot be read, is damaged, is no EXR or lacks a band.
-    pub fn read_bands(path: impl AsRef<Path>, bands: &Bands) -> Result<Self> {
-        Self::read_with(path.as_ref(), Some(bands))
-    }
-
-    fn read_with(path: &Path, bands: Option<&Bands>) -> Result<Self> {
+    /// [`Error::File`] as of [`SpectralImage::read`], and where only some of the bands are there.
+    pub fn read_with(path: &Path, bands: Option<&Bands>) -> Result<Self> {
         let open = || -> std::io::Result<(File, u64)> {
             let file = File::open(path)?;
             let about = file.metadata()?;
@@ -91,10 +87,7 @@ impl SpectralImage {
 
         let spectral = |list: &[AnyChannel<FlatSamples>]| {
             let names: Vec<String> = list.iter().map(|c| c.name.to_string()).collect();
-            match bands {
-                Some(bands) => bands.select(&names),
-                None => Selection::of_layout(&names),
-            }
+            bands.and_then(|bands| bands.select(&names)).or_else(|| Selection::of_layout(&names))
         };
         let (layer, selection) = image
             .layer_data
