@@ -290,8 +290,10 @@ fn any_number_of_bins_over_any_range_is_rendered_and_developed_or_refused() {
     for (range, note) in [("300, 2500", ""), ("450, 600", "only 450 to 600"), ("300, 380", "nothing"), ("780, 2500", "nothing")] {
         let scene = SCENE.replace("\"bins\": 20", &format!("\"bins\": 40, \"range_nm\": [{range}]"));
         std::fs::write(folder.path("ball.json"), scene).unwrap();
+        let _ = std::fs::remove_file(folder.path("ball.png"));
         let says = folder.render("");
         assert!(says.contains(note) && says.contains("note") != note.is_empty(), "{range}: {says}");
+        assert_eq!(folder.path("ball.png").exists(), note != "nothing", "{range}");
         assert_eq!(SpectralImage::read(folder.path("ball.exr")).unwrap().bins(), 40);
         if note == "nothing" {
             folder.fails("develop ball.exr -o a.png", "380 to 780 nm");

@@ -128,6 +128,17 @@ fn relative_error_follows_its_formula() {
 }
 
 #[test]
+fn relative_error_of_what_is_not_visible_is_that_of_its_bins() {
+    let mut settings = settings(1, 1, 3);
+    (settings.bins.min_nm, settings.bins.max_nm) = (900.0, 2500.0);
+    let mut film = Film::new(&settings);
+    // Bins of 2 +- 1, 10 +- 0 and nothing; X, Y, Z of a wild tail.
+    film.add_batch_f64(&[1.0, 10.0, 0.0, 0.0, 1e-9, 0.0], 1);
+    film.add_batch_f64(&[3.0, 10.0, 0.0, 0.0, 0.0, 0.0], 1);
+    close(film.relative_error(), (1.0 / (4.0 + 0.01 * 4.0) / 2.0f64).sqrt(), 1e-14, "relative error");
+}
+
+#[test]
 fn many_batches_do_not_stall_the_mean() {
     // In single precision the mean of 2^25 samples would stand still at 2^24.
     let mut film = Film::new(&settings(1, 1, 1));

@@ -3,7 +3,7 @@
 use super::load::SceneArgs;
 use super::print::{duration, note, out, percent, si};
 use super::{Done, Outcome, device, interrupt, progress::Bar, values};
-use crate::color::cie::lacks_for_colour;
+use crate::color::cie::{is_visible, lacks_for_colour};
 use crate::color::picture::{AUTO_SHARE, Development, auto_exposure};
 use crate::error::{Error, Result};
 use crate::film::Film;
@@ -93,14 +93,15 @@ impl From<StopArgs> for Stop {
 pub fn run(args: &Args) -> Outcome {
     let (exr, png) = output_paths(args)?;
     let scene = args.scene.overrides.load(&args.scene.path)?;
+    let bins = &scene.film.bins;
+    let png = is_visible(bins.min_nm, bins.max_nm).then_some(png);
     // Before the work, not after it.
-    check_writable(&exr)?;
-    check_writable(&png)?;
+    [Some(&exr), png.as_ref()].into_iter().flatten().try_for_each(|path| check_writable(path))?;
     let talkative = !args.quiet && !args.json;
     if talkative {
-        let bins = &scene.film.bins;
-        let black = lacks_for_colour(bins.min_nm, bins.max_nm);
-        scene.notes.iter().chain(&black).for_each(|n| note(&format!("note: {n}")));
+        let end = if png.is_none() { "; no picture is made" } else { "" };
+        let lack = lacks_for_colour(bins.min_nm, bins.max_nm).map(|lack| lack + end);
+        scene.notes.iter().chain(&lack).for_each(|n| note(&format!("note: {n}")));
     }
     let setup = Instant::now();
     let mut film = Film::try_new(&scene.film)?;
@@ -125,7 +126,8 @@ pub fn run(args: &Args) -> Outcome {
     // A device may fail after hours: what it had done is written before its error is passed on.
     if film.batches() > 0 {
         let xyz = film.xyz_image();
-        let exposure = scene.film.exposure.unwrap_or_else(|| auto_exposure(&xyz, Observer::Cie1931, AUTO_SHARE));
+        let auto = || if png.is_some() { auto_exposure(&xyz, Observer::Cie1931, AUTO_SHARE) } else { 0.0 };
+        let exposure = scene.film.exposure.unwrap_or_else(auto);
         // As the file holds it, so that the picture can be made again from the file.
         let exposure = f64::from(exposure as f32);
         let irradiance = sensor_area(&scene.sensor).is_some();
@@ -150,9 +152,12 @@ pub fn run(args: &Args) -> Outcome {
         };
         write_exr(&exr, &film, &origin, aovs)?;
         let development = Development { exposure, ..Development::default() };
-        write_picture(&png, &xyz, scene.film.width as usize, &development, Precision::default())?;
+        if let Some(png) = &png {
+            write_picture(png, &xyz, scene.film.width as usize, &development, Precision::default())?;
+        }
     }
-    let report = Report { scene: &scene, film: &film, summary: &rendered?, device: &device, setup, exr: &exr, png: &png };
+    let report =
+        Report { scene: &scene, film: &film, summary: &rendered?, device: &device, setup, exr: &exr, png: png.as_deref() };
     if args.json {
         out(&report.json().to_string());
     } else if talkative {
@@ -200,7 +205,7 @@ struct Report<'a> {
     device: &'a device::Device,
     setup: Duration,
     exr: &'a Path,
-    png: &'a Path,
+    png: Option<&'a Path>,
 }
 
 impl Report<'_> {
@@ -234,7 +239,8 @@ impl Report<'_> {
         if let Some((watts, lumens)) = self.flux() {
             lines.push(format!("total flux {watts:.6e} W, {lumens:.6e} lm"));
         }
-        lines.push(format!("wrote {} and {}", self.exr.display(), self.png.display()));
+        let picture = self.png.map_or(String::new(), |png| format!(" and {}", png.display()));
+        lines.push(format!("wrote {}{picture}", self.exr.display()));
         lines.join("\n")
     }
 
@@ -250,7 +256,7 @@ impl Report<'_> {
             "scene": self.scene.name,
             "device": self.device.name,
             "exr": self.exr.to_string_lossy(),
-            "png": self.png.to_string_lossy(),
+            "png": self.png.map(Path::to_string_lossy),
             "width": self.scene.film.width,
             "height": self.scene.film.height,
             "bins": self.scene.film.bins.count,

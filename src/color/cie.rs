@@ -9,13 +9,18 @@ pub const K_M: f64 = 683.002;
 /// The wavelengths that colours need, nm: beyond them the eye sees next to nothing.
 pub const VISIBLE_NM: [f64; 2] = [380.0, 780.0];
 
+/// Whether any of the wavelengths from `lo` to `hi` nm counts for colours.
+pub fn is_visible(lo: f64, hi: f64) -> bool {
+    hi > VISIBLE_NM[0] && lo < VISIBLE_NM[1]
+}
+
 /// What the wavelengths from `lo` to `hi` nm lack for colours; `None` if nothing.
 pub fn lacks_for_colour(lo: f64, hi: f64) -> Option<String> {
     let [first, last] = VISIBLE_NM;
     // Channels of other programs name their centres to a thousandth of a nm.
     let shown = |nm: f64| (nm * 100.0).round() / 100.0;
     let (lo, hi) = (shown(lo), shown(hi));
-    if hi <= first || lo >= last {
+    if !is_visible(lo, hi) {
         Some(format!("colours need {first} to {last} nm, of which there is nothing within {lo} to {hi} nm"))
     } else if lo > first || hi < last {
         Some(format!("colours need {first} to {last} nm, of which only {} to {} nm are there", lo.max(first), hi.min(last)))

@@ -17,6 +17,7 @@
 
 pub mod first_hits;
 
+use crate::color::cie::is_visible;
 use crate::error::{Error, Result};
 use crate::scene::FilmSettings;
 
@@ -218,21 +219,24 @@ impl Film {
     }
 
     /// The film's estimate of its own error: the root over pixels of the mean of `sigma^2 / (Y^2 + 0.01 <Y>^2)`, sigma being the
-    /// standard error of Y and `<Y>` its mean over the film; the second term keeps dark pixels from ruling. Infinite before the
-    /// second batch, and for a black film, which says nothing about itself.
+    /// standard error of Y and `<Y>` its mean over the film; the second term keeps dark pixels from ruling. Where the bins are not visible, likewise
+    /// over all of them in place of Y. Infinite before the second batch, and for a black film, which says nothing about itself.
     pub fn relative_error(&self) -> f64 {
-        let mean = self.mean_of(self.bins() + 1);
-        if mean == 0.0 {
-            return f64::INFINITY;
-        }
+        let (bins, range) = (self.bins(), self.settings.bins);
+        let channels = if is_visible(range.min_nm, range.max_nm) { bins + 1..bins + 2 } else { 0..bins };
+        let squares: Vec<f64> = channels.filter_map(|channel| self.squared_relative_error(channel)).collect();
+        if squares.is_empty() { f64::INFINITY } else { (squares.iter().sum::<f64>() / squares.len() as f64).sqrt() }
+    }
+
+    /// The mean over pixels of a channel's squared error, as in [`Film::relative_error`]; `None` if it is black.
+    fn squared_relative_error(&self, channel: usize) -> Option<f64> {
+        let mean = self.mean_of(channel);
         let floor = 0.01 * mean * mean;
-        let sum: f64 = (0..self.pixels())
-            .map(|pixel| {
-                let (sigma, y) = (self.luminance_standard_error(pixel), self.xyz(pixel)[1]);
-                if sigma == 0.0 { 0.0 } else { sigma * sigma / (y * y + floor) }
-            })
-            .sum();
-        (sum / self.pixels() as f64).sqrt()
+        let square = |pixel: usize| {
+            let (sigma, value) = (self.standard_error(pixel, channel), self.pixel(pixel)[channel]);
+            if sigma == 0.0 { 0.0 } else { sigma * sigma / (value * value + floor) }
+        };
+        (mean != 0.0).then(|| (0..self.pixels()).map(square).sum::<f64>() / self.pixels() as f64)
     }
 
     /// Mean of a channel over all pixels.

@@ -2,7 +2,7 @@
 
 use super::{Quantity, SpectralImage};
 use crate::color::bins::{emission_weights, reflection_weights, xyz_image};
-use crate::color::cie::{VISIBLE_NM, lacks_for_colour, xyz_of, xyz_of_unit};
+use crate::color::cie::{is_visible, lacks_for_colour, xyz_of, xyz_of_unit};
 use crate::spectrum::Spectrum;
 use crate::spectrum::library::Observer;
 
@@ -25,7 +25,7 @@ impl SpectralImage {
         let edges = self.edges_nm();
         let (lo, hi) = (edges[0], edges[edges.len() - 1]);
         let lack = lacks_for_colour(lo, hi);
-        if let (true, Some(lack)) = (hi <= VISIBLE_NM[0] || lo >= VISIBLE_NM[1], &lack) {
+        if let (false, Some(lack)) = (is_visible(lo, hi), &lack) {
             return Err(lack.clone());
         }
         let film = ["XYZ.X", "XYZ.Y", "XYZ.Z"].map(|name| self.other(name));

@@ -59,6 +59,26 @@ fn nested_glass_in_uniform_light_cannot_be_seen() {
 }
 
 #[test]
+fn uniform_light_is_the_same_in_any_number_of_bins_over_any_range() {
+    for (count, min_nm, max_nm) in
+        [(1, 380.0, 780.0), (400, 380.0, 780.0), (3, 300.0, 2500.0), (400, 300.0, 2500.0), (33, 1000.0, 1001.0)]
+    {
+        let mut ball = furnace(|s| {
+            let m = glass(s, solid("glass", 1.5, 1), 0.0);
+            shape(s, m, sphere(DVec3::ZERO, 1.0));
+        });
+        ball.film.bins = Bins { min_nm, max_nm, count };
+        for (bin, f) in gpu(&ball, 3, 512).figures().bins.iter().enumerate() {
+            let limit = threshold(count as usize, f.dof) * f.error + 1e-3;
+            assert!(
+                (f.mean - 1.0).abs() < limit && f.error < 0.005,
+                "{count} bins over {min_nm} to {max_nm} nm: bin {bin}: {f:?}"
+            );
+        }
+    }
+}
+
+#[test]
 fn rough_surfaces_in_uniform_light_cannot_be_seen() {
     for alpha in [0.1, 0.4, 1.0] {
         let ball = furnace(|s| {
