@@ -205,6 +205,7 @@ fn help_has_examples_everywhere() {
 fn wrong_requests_fail_in_one_line_and_write_nothing() {
     let folder = Folder::new("wrong");
     std::fs::write(folder.0.join("broken.json"), "{").unwrap();
+    std::fs::write(folder.0.join("empty.exr"), []).unwrap();
     std::fs::write(folder.0.join("broken.exr"), [0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0, 9, 9]).unwrap();
     let cases: &[(&[&str], &[&str])] = &[
         (&[], &["abbe --help"]),
@@ -227,7 +228,9 @@ fn wrong_requests_fail_in_one_line_and_write_nothing() {
         (&["render", "ball.json", "--device", "no such device"], &["device"]),
         (&["render", "ball.json", "--size", "4000000000x4000000000", "--device", "reference"], &["4000000000"]),
         (&["info", "missing.exr"], &["missing.exr"]),
-        (&["info", "broken.exr"], &["broken.exr", "EXR"]),
+        (&["info", "broken.exr"], &["broken.exr", "EXR", "whole"]),
+        (&["info", "empty.exr"], &["empty.exr", "EXR"]),
+        (&["probe", "broken.exr", "0,0"], &["broken.exr", "EXR", "whole"]),
         (&["check", "broken.json"], &["broken.json"]),
         (&["bench"], &["scenes"]),
     ];
@@ -269,6 +272,34 @@ fn a_closed_pipe_is_no_disaster() {
         assert_eq!(output.status.code(), Some(0), "{arguments:?}");
     }
     SpectralImage::read(folder.0.join("ball.exr")).unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_in_place_of_a_file_is_refused_instead_of_waited_for() {
+    let folder = Folder::new("fifo");
+    assert!(std::process::Command::new("mkfifo").arg(folder.0.join("pipe")).status().unwrap().success());
+    let sample = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/fichet_emissive_20.exr");
+    for arguments in [
+        &["info", "pipe"][..],
+        &["check", "pipe"],
+        &["probe", "pipe", "0,0"],
+        &["compare", sample, "pipe"],
+        &["develop", "pipe", "-o", "a.png"],
+        &["develop", sample, "-o", "a.png", "--bands", "pipe"],
+    ] {
+        fails(&folder, arguments, &["pipe", "plain file"]);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn output_that_cannot_be_written_is_an_error() {
+    let folder = Folder::new("full");
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let output = folder.command(&["glass", "N-BK7"]).stdout(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("standard output"), "{}", text(&output.stderr));
 }
 
 #[cfg(unix)]

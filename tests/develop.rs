@@ -312,6 +312,7 @@ fn wrong_requests_say_what_would_be_right() {
         ("develop missing.exr -o a.png", "missing.exr"),
         ("develop ball.json -o a.png", "ball.json"),
         ("develop ball.exr -o a.gif", ".png"),
+        ("develop ball.exr -o ./ball.exr", "another name"),
         ("develop ball.exr -o nowhere/a.png", "nowhere"),
         ("develop ball.exr -o a.png --space acescg", ".exr"),
         ("develop ball.exr -o a.png --space adobe", "rec2020"),
@@ -324,6 +325,9 @@ fn wrong_requests_say_what_would_be_right() {
         folder.fails(line, says);
         assert!(!folder.path("a.png").exists() && !folder.path("a.gif").exists(), "{line}");
     }
+    assert_eq!(SpectralImage::read(folder.path("ball.exr")).unwrap().bins(), 20, "the render was replaced");
+    let says = folder.run("develop ball.exr -o a.png --illuminant A");
+    assert!(says.contains("note") && says.contains("reflectances"), "{says}");
     let help = folder.command("develop --help");
     let help = String::from_utf8_lossy(&help.stdout);
     for option in ["--gamut", "--illuminant", "Examples:", "CHANNEL LOW_NM HIGH_NM"] {

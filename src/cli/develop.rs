@@ -13,6 +13,7 @@ use crate::output::picture::{Format, Precision};
 use crate::output::{Quantity, SpectralImage, check_writable, write_picture};
 use crate::spectrum::Spectrum;
 use crate::spectrum::library::{self, Observer};
+use crate::spectrum::upsample::white as d65;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::path::PathBuf;
 
@@ -73,9 +74,9 @@ pub struct Args {
     /// Quality of a .jpg
     #[arg(long, value_name = "PERCENT", default_value_t = 95, value_parser = clap::value_parser!(u8).range(1..=100))]
     quality: u8,
-    /// Light on a reflectance (T channels): a CIE illuminant or the temperature of a blackbody
-    #[arg(long, value_name = "LIGHT", default_value = "D65", value_parser = light)]
-    illuminant: Spectrum,
+    /// Light on a reflectance (T channels): a CIE illuminant or the temperature of a blackbody [default: D65]
+    #[arg(long, value_name = "LIGHT", value_parser = light)]
+    illuminant: Option<Spectrum>,
     #[command(flatten)]
     bands: BandsArgs,
 }
@@ -90,12 +91,23 @@ enum Exposure {
 pub fn run(args: &Args) -> Outcome {
     let format = Format::of(&args.output);
     check_writable(&args.output)?;
+    if args.input.canonicalize().is_ok_and(|input| args.output.canonicalize().is_ok_and(|output| input == output)) {
+        return Err(Error::file(
+            &args.output,
+            "this is the spectral file itself, which the picture would replace",
+            "choose another name with -o",
+        ));
+    }
     let image = args.bands.read(&args.input)?;
-    let colours = image.xyz(args.observer, &args.illuminant);
+    let illuminant = args.illuminant.clone().unwrap_or_else(d65);
+    let colours = image.xyz(args.observer, &illuminant);
     let colours = colours.map_err(|problem| Error::file(&args.input, problem, "give a file of visible light"))?;
     colours.note.iter().for_each(|n| note(&format!("note: {n}")));
 
     let reflective = image.quantity == Quantity::Reflective;
+    if args.illuminant.is_some() && !reflective {
+        note("note: --illuminant is for reflectances, and this file is of light; see --white");
+    }
     let stops = match args.exposure.or_else(|| own_exposure(&image)) {
         Some(Exposure::Stops(stops)) => stops,
         Some(Exposure::Auto(share)) => auto_exposure(&colours.xyz, args.observer, share),
@@ -104,7 +116,7 @@ pub fn run(args: &Args) -> Outcome {
     let development = Development {
         observer: args.observer,
         exposure: stops,
-        white: args.white.clone().or_else(|| reflective.then(|| White::Light(args.illuminant.clone()))),
+        white: args.white.clone().or_else(|| reflective.then_some(White::Light(illuminant))),
         method: args.adaptation,
         tone: args.tone,
         space: args.space,

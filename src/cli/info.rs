@@ -5,10 +5,9 @@ use super::load::{Overrides, SceneArgs};
 use super::quantity::Quantity;
 use super::{Done, Outcome, print::out};
 use crate::error::{Error, Result};
-use crate::output::SpectralImage;
+use crate::output::{SpectralImage, open_plain};
 use crate::scene::{Geometry, Light, Scene, Sensor};
 use serde_json::{Value, json};
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -86,11 +85,12 @@ pub fn check(args: &CheckArgs) -> Outcome {
 }
 
 fn is_exr(path: &Path) -> Result<bool> {
+    let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
     let mut magic = [0; 4];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
+    let read = open_plain(path).and_then(|(mut file, _)| file.read_exact(&mut magic));
     match read {
-        Ok(()) => Ok(magic == [0x76, 0x2f, 0x31, 0x01]),
-        Err(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => Ok(false),
+        Ok(()) => Ok(named || magic == [0x76, 0x2f, 0x31, 0x01]),
+        Err(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => Ok(named),
         Err(e) => Err(Error::file(path, format!("cannot read: {e}"), "check the path")),
     }
 }

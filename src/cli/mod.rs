@@ -21,7 +21,7 @@ mod quantity;
 mod render;
 mod values;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use clap::{Parser, Subcommand};
 use print::out;
 use std::process::ExitCode;
@@ -92,7 +92,8 @@ pub fn main() -> ExitCode {
         Command::Probe(args) => probe::run(&args),
         Command::Glass(args) => glass::run(&args),
     });
-    match done {
+    let unwritten = |e| Error::usage(format!("standard output cannot be written: {e}"), "make room where it goes");
+    match done.and_then(|done| print::failure().map_or(Ok(done), |e| Err(unwritten(e)))) {
         Ok(Done::Completely) => ExitCode::SUCCESS,
         Ok(Done::Differently) => ExitCode::from(DIFFERENT),
         Ok(Done::Interrupted) => ExitCode::from(INTERRUPTED),

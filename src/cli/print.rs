@@ -1,12 +1,27 @@
 //! Writing to the terminal without dying of a closed pipe.
 
-use std::io::{Write, stderr, stdout};
+use std::io::{self, ErrorKind, Write, stderr, stdout};
+use std::sync::Mutex;
 
-/// Writes `text` and a line end where it lacks one. A reader that has closed the pipe has seen what it wanted.
+/// What went wrong first with standard output.
+static FAILURE: Mutex<Option<io::Error>> = Mutex::new(None);
+
+/// Writes `text` and a line end where it lacks one. A reader that has closed the pipe has seen what it wanted; other failures are kept for
+/// [`failure`].
 pub fn out(text: &str) {
     let end = if text.ends_with('\n') { "" } else { "\n" };
     let mut stdout = stdout().lock();
-    let _ = write!(stdout, "{text}{end}").and_then(|()| stdout.flush());
+    let written = write!(stdout, "{text}{end}").and_then(|()| stdout.flush());
+    if let (Err(e), Ok(mut failure)) = (written, FAILURE.lock())
+        && e.kind() != ErrorKind::BrokenPipe
+    {
+        failure.get_or_insert(e);
+    }
+}
+
+/// Why not all of the output was written, if so.
+pub fn failure() -> Option<io::Error> {
+    FAILURE.lock().ok()?.take()
 }
 
 /// Writes one line to standard error.

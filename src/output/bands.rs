@@ -1,6 +1,7 @@
 //! Which wavelengths the channels of a spectral image are: from their names, or from a table of bands for files that do not say.
 
 use super::exr_read::Quantity;
+use super::open_plain;
 use crate::error::{Error, Result};
 use std::path::Path;
 
@@ -48,7 +49,8 @@ impl Bands {
     /// # Errors
     /// [`Error::File`] where the file cannot be read or is no such table.
     pub fn read(path: &Path) -> Result<Bands> {
-        let text = std::fs::read_to_string(path).map_err(|e| Error::file(path, format!("cannot read: {e}"), "check the path"))?;
+        let text = open_plain(path).and_then(|(file, _)| std::io::read_to_string(file));
+        let text = text.map_err(|e| Error::file(path, format!("cannot read: {e}"), "check the path"))?;
         Self::parse(&text).map_err(|problem| Error::file(path, problem, REMEDY))
     }
 

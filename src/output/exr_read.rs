@@ -3,12 +3,12 @@
 
 use super::bands::{Bands, Selection};
 use super::exr::error_channel_name;
+use super::open_plain;
 use crate::error::{Error, Result};
 use exr::image::{AnyChannel, FlatSamples};
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::{Compression, ReadChannels, ReadLayers, read};
 use rayon::prelude::*;
-use std::fs::File;
 use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
@@ -41,7 +41,23 @@ pub struct SpectralImage {
     pub attributes: Vec<(String, String)>,
 }
 
-const REMEDY: &str = "give a spectral EXR with channels such as S0.390,000000nm, or say with --bands which channels are bands";
+/// Why a file is not read, and what to do about it.
+struct Refusal {
+    problem: String,
+    remedy: &'static str,
+}
+
+fn not_spectral(problem: impl ToString) -> Refusal {
+    let remedy = "give a spectral EXR with channels such as S0.390,000000nm, or say with --bands which channels are bands";
+    Refusal { problem: problem.to_string(), remedy }
+}
+
+fn unreadable(problem: impl std::fmt::Display) -> Refusal {
+    Refusal {
+        problem: format!("not a readable EXR: {problem}"),
+        remedy: "give a spectral EXR that is whole: written to its end, and copied in full",
+    }
+}
 
 impl SpectralImage {
     /// Reads a file.
@@ -57,25 +73,19 @@ impl SpectralImage {
     /// # Errors
     /// [`Error::File`] as of [`SpectralImage::read`], and where only some of the bands are there.
     pub fn read_with(path: &Path, bands: Option<&Bands>) -> Result<Self> {
-        let open = || -> std::io::Result<(File, u64)> {
-            let file = File::open(path)?;
-            let about = file.metadata()?;
-            // A pipe or device could block for ever.
-            if about.is_file() { Ok((file, about.len())) } else { Err(std::io::Error::other("this is not a plain file")) }
-        };
-        let (file, length) = open().map_err(|e| Error::file(path, format!("cannot read: {e}"), "check the path"))?;
-        Self::decode(BufReader::new(file), length, bands).map_err(|problem| Error::file(path, problem, REMEDY))
+        let (file, length) = open_plain(path).map_err(|e| Error::file(path, format!("cannot read: {e}"), "check the path"))?;
+        Self::decode(BufReader::new(file), length, bands).map_err(|refusal| Error::file(path, refusal.problem, refusal.remedy))
     }
 
     /// Reads a file that is in memory; the error says what is wrong with it.
     pub fn from_bytes(bytes: &[u8]) -> std::result::Result<Self, String> {
-        Self::decode(Cursor::new(bytes), bytes.len() as u64, None)
+        Self::decode(Cursor::new(bytes), bytes.len() as u64, None).map_err(|refusal| refusal.problem)
     }
 
     /// Decodes the `length` bytes of `source`.
-    fn decode(mut source: impl Read + Seek + Send, length: u64, bands: Option<&Bands>) -> std::result::Result<Self, String> {
-        check_size(&mut source, length)?;
-        source.rewind().map_err(|e| format!("cannot be read twice: {e}"))?;
+    fn decode(mut source: impl Read + Seek + Send, length: u64, bands: Option<&Bands>) -> std::result::Result<Self, Refusal> {
+        check_size(&mut source, length).map_err(unreadable)?;
+        source.rewind().map_err(unreadable)?;
         let image = read()
             .no_deep_data()
             .largest_resolution_level()
@@ -83,7 +93,7 @@ impl SpectralImage {
             .all_layers()
             .all_attributes()
             .from_buffered(source)
-            .map_err(|e| format!("not a readable EXR: {e}"))?;
+            .map_err(unreadable)?;
 
         let spectral = |list: &[AnyChannel<FlatSamples>]| {
             let names: Vec<String> = list.iter().map(|c| c.name.to_string()).collect();
@@ -93,13 +103,18 @@ impl SpectralImage {
             .layer_data
             .into_iter()
             .find_map(|layer| spectral(&layer.channel_data.list).map(|selection| (layer, selection)))
-            .ok_or(if bands.is_some() { "none of the bands" } else { "no spectral channels (S0.<wavelength>nm)" })?;
-        let Selection { quantity, channels: selected, wavelengths_nm, mut edges_nm } = selection?;
+            .ok_or(if bands.is_some() { "none of the bands" } else { "no spectral channels (S0.<wavelength>nm)" })
+            .map_err(not_spectral)?;
+        let Selection { quantity, channels: selected, wavelengths_nm, mut edges_nm } = selection.map_err(not_spectral)?;
         let (width, height) = (layer.size.width(), layer.size.height());
         let pixels = width * height;
         let channels = layer.channel_data.list;
         if let Some(wrong) = channels.iter().find(|c| c.sample_data.len() != pixels) {
-            return Err(format!("channel {} has {} samples for {pixels} pixels", wrong.name, wrong.sample_data.len()));
+            return Err(unreadable(format!(
+                "channel {} has {} samples for {pixels} pixels",
+                wrong.name,
+                wrong.sample_data.len()
+            )));
         }
 
         let bins = selected.len();
@@ -170,7 +185,7 @@ impl SpectralImage {
 
 /// Refuses a header that promises more pixels than the file can hold, before anyone allocates for them.
 fn check_size(source: impl Read + Seek, length: u64) -> std::result::Result<(), String> {
-    let meta = exr::meta::MetaData::read_from_buffered(source, false).map_err(|e| format!("not a readable EXR: {e}"))?;
+    let meta = exr::meta::MetaData::read_from_buffered(source, false).map_err(|e| e.to_string())?;
     for header in &meta.headers {
         let (width, height) = (header.layer_size.width() as u128, header.layer_size.height() as u128);
         let per_pixel: u128 = header.channels.list.iter().map(|c| c.sample_type.bytes_per_sample() as u128).sum();

@@ -110,6 +110,12 @@ pub fn replace_file<E: std::fmt::Display>(
     temporary.finish().map_err(|e| Error::file(path, format!("cannot be put in place: {e}"), REMEDY))
 }
 
+/// Opens a file for reading, with its length. Pipes and devices, which could block for ever, are refused.
+pub fn open_plain(path: &Path) -> io::Result<(File, u64)> {
+    let about = std::fs::metadata(path)?;
+    if about.is_file() { Ok((File::open(path)?, about.len())) } else { Err(io::Error::other("this is not a plain file")) }
+}
+
 /// Writes a text file through [`replace_file`].
 pub fn write_text(path: &Path, text: &str) -> Result<()> {
     replace_file(path, |file| file.write_all(text.as_bytes()))
