@@ -326,6 +326,9 @@ fn wrong_requests_say_what_would_be_right() {
         assert!(!folder.path("a.png").exists() && !folder.path("a.gif").exists(), "{line}");
     }
     assert_eq!(SpectralImage::read(folder.path("ball.exr")).unwrap().bins(), 20, "the render was replaced");
+    folder.write("nan.exr", &[("S0.550nm".to_string(), f64::NAN), ("S0.600nm".to_string(), 1.0)], false);
+    let says = folder.run("develop nan.exr -o a.png");
+    assert!(says.contains("shown black: 1"), "{says}");
     let says = folder.run("develop ball.exr -o a.png --illuminant A");
     assert!(says.contains("note") && says.contains("reflectances"), "{says}");
     let help = folder.command("develop --help");

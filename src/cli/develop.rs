@@ -103,6 +103,10 @@ pub fn run(args: &Args) -> Outcome {
     let colours = image.xyz(args.observer, &illuminant);
     let colours = colours.map_err(|problem| Error::file(&args.input, problem, "give a file of visible light"))?;
     colours.note.iter().for_each(|n| note(&format!("note: {n}")));
+    let lost = colours.xyz.iter().filter(|xyz| xyz.iter().any(|v| !v.is_finite())).count();
+    if lost > 0 {
+        note(&format!("note: pixels with values that are not finite, shown black: {lost}"));
+    }
 
     let reflective = image.quantity == Quantity::Reflective;
     if args.illuminant.is_some() && !reflective {

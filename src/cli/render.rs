@@ -24,6 +24,7 @@ const EXAMPLES: &str = "Examples:
   abbe render scenes/prism.json --size 1280x720 --spp 1024 -o prism.exr
   abbe render scenes/bunny_light.json --time 2m --channels 40
   abbe render scenes/nephroid.json --error 2% --json
+  abbe render scenes/bunny_light.json --aov error,depth,normal,albedo
   abbe render scenes/cornell_spheres.json --device reference --size 64x64
 
 Of --spp, --time and --error the first that is met ends the render; without any it is --spp 64.

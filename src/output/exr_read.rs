@@ -55,7 +55,7 @@ fn not_spectral(problem: impl ToString) -> Refusal {
 fn unreadable(problem: impl std::fmt::Display) -> Refusal {
     Refusal {
         problem: format!("not a readable EXR: {problem}"),
-        remedy: "give a spectral EXR that is whole: written to its end, and copied in full",
+        remedy: "give a whole file, not cut short, compressed as ZIP, RLE, PIZ, PXR24, B44 or DWA, or not at all",
     }
 }
 
