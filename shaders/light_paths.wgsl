@@ -9,6 +9,9 @@
 var<private> pass_of_path: u32; // pass within the table of spectra
 
 #include "common/modules.wgsl"
+#if GUIDED
+#include "light/guide.wgsl"
+#endif
 #include "light/emit.wgsl"
 #include "sensor/connect.wgsl"
 #include "integrator/vertex.wgsl"
@@ -45,6 +48,9 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
         ray = advance(ray, hit);
 #endif
         if (path.ended) {
+#if GUIDED
+            report_use();
+#endif
             sample += 1u;
             if (sample >= end) {
                 break;

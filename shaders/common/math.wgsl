@@ -20,6 +20,11 @@ fn max4(v: vec4f) -> f32 {
     return max(max(v.x, v.y), max(v.z, v.w));
 }
 
+// Component `i` of four; an index that differs between lanes is slow on a software driver.
+fn component(v: vec4f, i: u32) -> f32 {
+    return select(select(v.x, v.y, i == 1u), select(v.z, v.w, i == 3u), i >= 2u);
+}
+
 // Orthonormal basis around a unit vector: columns tangent, bitangent, n. Duff et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017.
 fn frame_around(n: vec3f) -> mat3x3f {
     let s = select(-1.0, 1.0, n.z >= 0.0);

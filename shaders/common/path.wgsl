@@ -39,14 +39,14 @@ fn sample_lane(u: f32) -> u32 {
 #endif
 
 fn beta_at(lane: u32) -> f32 {
-    let v = beta[lane / 4u];
-    let c = lane % 4u;
-    return select(select(v.x, v.y, c == 1u), select(v.z, v.w, c == 3u), c >= 2u);
+    var chosen = vec4f(0.0);
+    for (var k = 0u; k < LANES4; k++) {
+        chosen += beta[k] * one_hot(lane, k);
+    }
+    return sum4(chosen);
 }
 
 // Value of a spectrum at one lane.
 fn spectrum_at(row: u32, lane: u32) -> f32 {
-    let v = spectrum(row, lane / 4u);
-    let c = lane % 4u;
-    return select(select(v.x, v.y, c == 1u), select(v.z, v.w, c == 3u), c >= 2u);
+    return component(spectrum(row, lane / 4u), lane % 4u);
 }

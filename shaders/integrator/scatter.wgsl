@@ -142,9 +142,11 @@ fn scatter_in_medium(ray: Ray, t: f32, m: Interior) -> Ray {
         return end_path(ray);
     }
     var extinction = 0.0;
+#if CAUSTICS
     for (var k = 0u; k < LANES4; k++) {
         extinction = max(extinction, max4(sigma_t(m, k)));
     }
+#endif
 #if GATHERED
     gather_in_fog(ray, p, m, extinction);
 #endif

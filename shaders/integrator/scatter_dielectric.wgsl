@@ -11,8 +11,8 @@ fn part_wavelengths() -> u32 {
 #endif
 #if CAMERA_PATHS
     let choice = ((sampler_index & 1u) << 1u | ((sampler_index >> 1u) & 1u)) ^ (sampler_pixel & 3u);
-    path.lane = u32(pick(vec4f(lanes), choice));
-    let weight = 4.0 * pick(weights, choice);
+    path.lane = u32(component(vec4f(lanes), choice));
+    let weight = 4.0 * component(weights, choice);
     for (var k = 0u; k < LANES4; k++) {
         beta[k] *= weight * one_hot(path.lane, k);
     }
@@ -26,7 +26,7 @@ fn part_wavelengths() -> u32 {
     if (u < among_few) {
         let at = 2.0 * u * total_few;
         let upto = vec3f(power.x, power.x + power.y, power.x + power.y + power.z);
-        path.lane = u32(pick(vec4f(lanes), select(0u, 1u, at >= upto.x) + select(0u, 1u, at >= upto.y) + select(0u, 1u, at >= upto.z)));
+        path.lane = u32(component(vec4f(lanes), select(0u, 1u, at >= upto.x) + select(0u, 1u, at >= upto.y) + select(0u, 1u, at >= upto.z)));
     } else {
         path.lane = sample_lane((u - among_few) / (1.0 - among_few));
     }
@@ -44,12 +44,6 @@ fn part_wavelengths() -> u32 {
 #endif
     return path.lane;
 }
-
-#if CAMERA_PATHS || GATHERED
-fn pick(v: vec4f, i: u32) -> f32 {
-    return select(select(v.x, v.y, i == 1u), select(v.z, v.w, i == 3u), i >= 2u);
-}
-#endif
 #endif
 
 // `sides` are the volumes before and behind the surface.

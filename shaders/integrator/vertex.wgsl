@@ -242,7 +242,7 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
 #endif
     if (visible) {
 #if LIGHT_PATHS
-        splat();
+        splat(path.lane);
 #else
         for (var k = 0u; k < LANES4; k++) {
             li[k] += pending[k];

@@ -49,57 +49,70 @@ fn gather(ray: Ray, v: Vertex, n: vec3f, ns: vec3f) {
     // The lower of the two cells along each axis that the largest kernel can reach into.
     let reach = gather_radius(params.gather_reach);
     let first = cell_of(v.p - reach);
-    for (var corner = 0u; corner < 8u; corner++) {
-        let cell = first + vec3i(vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u));
-        var next = heads[cell_head(cell, pass_index)];
-        while (next != 0u) {
-            let at = (next - 1u) * POINT_STRIDE;
-            let place = points[at];
-            next = bitcast<u32>(place.w);
-            let to_point = place.xyz - v.p;
-            let d2 = dot(to_point, to_point);
-            if (d2 > reach * reach) {
-                continue;
+    var corner = 0u;
+    var cell: vec3i;
+    var next = 0u;
+    loop {
+        // The next point within reach. Software drivers execute all of a loop for each of its turns, so that this one has little in it.
+        var found = NONE;
+        while (found == NONE && (next != 0u || corner < 8u)) {
+            if (next == 0u) {
+                cell = first + vec3i(vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u));
+                next = heads[cell_head(cell, pass_index)];
+                corner += 1u;
             }
-            let sides = points[at + 1u];
-            let radius = sides.w;
-            let pixel_about = points[at + 2u];
-            let about = bitcast<u32>(pixel_about.y);
-            let lane = (about >> 8u) & 0xffu;
-            // Another cell of the same head may hold the point, and have it looked at a second time.
-            if (d2 > radius * radius || (about & 0xffu) != pass_index || any(cell_of(place.xyz) != cell)
-                || (lane != 255u && path.lane != NONE && lane != path.lane) || (about >= FOG_POINT) != in_fog) {
-                continue;
+            if (next != 0u) {
+                let at = (next - 1u) * POINT_STRIDE;
+                let place = points[at];
+                let to_point = place.xyz - v.p;
+                found = select(NONE, at, dot(to_point, to_point) < reach * reach);
+                next = bitcast<u32>(place.w);
             }
-            // Together no longer than a path may be.
-            if (path.depth + ((about >> 16u) & 0x7fffu) > params.max_depth + 1u) {
-                continue;
-            }
-            var camera = v;
-            // Veach's correction for shading normals, as in adjoint_correction.
-            var factor = select(v.cos_from / max(abs(dot(ray.d, n)), 1e-20), 1.0, in_fog);
-#if SCATTERING
-            if (in_fog) {
-                factor = phase_hg(-dot(sides.xyz, ray.d), pixel_about.z);
-                camera.reverse = factor;
-            }
-#endif
-            if (!in_fog && (dot(sides.xyz, ns) < 0.9 || abs(dot(to_point, n)) > 0.2 * radius || dot(sides.xyz, ray.d) >= 0.0)) {
-                // Another surface, or its other side.
-                continue;
-            }
-            let measure = gather_measure(camera, radius);
-            let gathered = path.emission * safe_ratio(measure * camera.cos_from, camera.reverse);
-            let others = camera_density_at(camera) + path.emission * pixel_about.w;
-            let kernel = select(measure, measure / v.extinction, in_fog);
-            let w = factor / (kernel * (1.0 + safe_ratio(others, gathered)));
-            for (var k = 0u; k < LANES4; k++) {
-                pending[k] = w * beta[k] * points[at + 3u + k];
-            }
-            let pixel = bitcast<u32>(pixel_about.x);
-            splat_pixel = vec2u(pixel % params.image_width, pixel / params.image_width);
-            splat();
         }
+        if (found == NONE) {
+            break;
+        }
+        let at = found;
+        let place = points[at].xyz;
+        let to_point = place - v.p;
+        let sides = points[at + 1u];
+        let radius = sides.w;
+        let pixel_about = points[at + 2u];
+        let about = bitcast<u32>(pixel_about.y);
+        let lane = (about >> 8u) & 0xffu;
+        // Another cell of the same head may hold the point, and have it looked at a second time.
+        if (dot(to_point, to_point) > radius * radius || (about & 0xffu) != pass_index || any(cell_of(place) != cell)
+            || (lane != 255u && path.lane != NONE && lane != path.lane) || (about >= FOG_POINT) != in_fog) {
+            continue;
+        }
+        // Together no longer than a path may be.
+        if (path.depth + ((about >> 16u) & 0x7fffu) > params.max_depth + 1u) {
+            continue;
+        }
+        var camera = v;
+        // Veach's correction for shading normals, as in adjoint_correction.
+        var factor = select(v.cos_from / max(abs(dot(ray.d, n)), 1e-20), 1.0, in_fog);
+#if SCATTERING
+        if (in_fog) {
+            factor = phase_hg(-dot(sides.xyz, ray.d), pixel_about.z);
+            camera.reverse = factor;
+        }
+#endif
+        if (!in_fog && (dot(sides.xyz, ns) < 0.9 || abs(dot(to_point, n)) > 0.2 * radius || dot(sides.xyz, ray.d) >= 0.0)) {
+            // Another surface, or its other side.
+            continue;
+        }
+        let measure = gather_measure(camera, radius);
+        let gathered = path.emission * safe_ratio(measure * camera.cos_from, camera.reverse);
+        let others = camera_density_at(camera) + path.emission * pixel_about.w;
+        let kernel = select(measure, measure / v.extinction, in_fog);
+        let w = factor / (kernel * (1.0 + safe_ratio(others, gathered)));
+        for (var k = 0u; k < LANES4; k++) {
+            pending[k] = w * beta[k] * points[at + 3u + k];
+        }
+        let pixel = bitcast<u32>(pixel_about.x);
+        splat_pixel = vec2u(pixel % params.image_width, pixel / params.image_width);
+        splat(select(lane, path.lane, lane == 255u));
     }
 }
 #endif

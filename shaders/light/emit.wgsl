@@ -1,10 +1,17 @@
 // Light paths begin: a light by its power, a point and a direction on it. beta becomes flux per probability, W nm^-1.
 
 fn emit() -> Ray {
+#if GUIDED
+    let guided = guided_numbers();
+    let u = guided.at.xy;
+    let v = guided.at.zw;
+    let index = choose_light(guided.light);
+#else
     let index = choose_light(next_1d());
-    let light = light_at(index);
     let u = next_2d();
     let v = next_2d();
+#endif
+    let light = light_at(index);
     var ray = Ray(light.p0.xyz, INFINITE, light.p1.xyz, NONE, NONE, false);
     var n = light.p1.xyz;
     var weight = 1.0;
@@ -76,7 +83,11 @@ fn emit() -> Ray {
     }
     let cos_theta = dot(n, ray.d);
     let density = emission_density(light, ray.o, ray.d, cos_theta, at);
+#if GUIDED
+    weight = safe_ratio(weight, density * guide_density);
+#else
     weight = safe_ratio(weight, density);
+#endif
 #if LIGHT_AREA
     if (light.kind <= LIGHT_KIND_CYLINDER) {
         ray.o += sign(cos_theta) * GAMMA_7 * dot(abs(n), abs(ray.o)) * n;

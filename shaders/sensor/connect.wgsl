@@ -18,46 +18,54 @@ fn add_quanta(index: u32, quanta: f32, u: f32) {
     }
 }
 
-// Adds `pending` to the pixel at hand.
-fn splat() {
+// Adds `pending` to the pixel at hand, `lane` of it or all if that is NONE. Software drivers execute whatever is within a loop, needed or not, so that there is
+// one addition to a bin, in a loop of its own.
+fn splat(lane: u32) {
     let at = splat_pixel - vec2u(params.tile_x, params.tile_y);
     if (at.x >= params.tile_width || at.y >= params.tile_height) {
         return;
     }
-    let base = (at.y * params.tile_width + at.x) * (BINS + 3u);
-    var all = vec4f(0.0);
+    var bins: array<vec4f, LANES4>;
+    var total = vec4f(0.0);
+    var xyz = vec3f(0.0);
     for (var k = 0u; k < LANES4; k++) {
-        all += abs(pending[k]) * params.inverse_quantum;
+        xyz += vec3f(dot(pending[k], spectrum(ROW_X, k)), dot(pending[k], spectrum(ROW_Y, k)), dot(pending[k], spectrum(ROW_Z, k)));
+        bins[k] = pending[k] * spectrum(ROW_BIN, k);
+        total += bins[k];
     }
-    let total = sum4(all);
-    if (!is_finite(total)) {
+    let quanta = sum4(total) * params.inverse_quantum;
+    if (!is_finite(quanta)) {
         atomicAdd(&counters[COUNTER_NOT_FINITE], 1u);
         return;
     }
     // 2^62 quanta in one splat cannot be held: counted, not wrapped.
-    if (total > 0x1p+62) {
+    if (quanta > 0x1p+62) {
         atomicAdd(&counters[COUNTER_SATURATED], 1u);
         return;
     }
-    let u = unit_float(hash(sampler_pixel ^ hash(sampler_index ^ (sampler_dimension << 24u))));
-    var xyz = vec3f(0.0);
-    for (var k = 0u; k < LANES4; k++) {
-        xyz += vec3f(dot(pending[k], spectrum(ROW_X, k)), dot(pending[k], spectrum(ROW_Y, k)), dot(pending[k], spectrum(ROW_Z, k)));
-        let w = pending[k] * spectrum(ROW_BIN, k) * params.inverse_quantum;
-        for (var c = 0u; c < 4u; c++) {
-            if (w[c] > 0.0 && 4u * k + c < LANES) {
-#if MANY_BINS
-                add_quanta(base + lane_bins[pass_of_path * LANES + 4u * k + c], w[c], u);
-#else
-                add_quanta(base + 4u * k + c, w[c], u);
+#if GUIDED
+    note_use(splat_pixel, sum4(total));
 #endif
-            }
+    let base = (at.y * params.tile_width + at.x) * (BINS + 3u);
+    let u = unit_float(hash(sampler_pixel ^ hash(sampler_index ^ (sampler_dimension << 24u))));
+    // The bins, and X, Y, Z after them.
+    let first = select(0u, lane, lane != NONE);
+    let end = select(LANES, lane + 1u, lane != NONE) + 3u;
+    for (var i = first; i < end; i++) {
+        let of_xyz = i + 3u - end;
+        let is_bin = i + 3u < end;
+        // Sums with one term each: an index into an array that differs between lanes is slow.
+        var value = select(component(vec4f(xyz, 0.0), of_xyz) / f32(XYZ_RATIO), 0.0, is_bin);
+        for (var k = 0u; k < LANES4; k++) {
+            value += select(0.0, dot(bins[k], one_hot(i, k)), is_bin);
         }
+#if MANY_BINS
+        let bin = lane_bins[pass_of_path * LANES + min(i, LANES - 1u)];
+#else
+        let bin = i;
+#endif
+        add_quanta(base + select(BINS + of_xyz, bin, is_bin), value * params.inverse_quantum, u);
     }
-    xyz *= params.inverse_quantum / f32(XYZ_RATIO);
-    add_quanta(base + BINS, xyz.x, u);
-    add_quanta(base + BINS + 1u, xyz.y, u);
-    add_quanta(base + BINS + 2u, xyz.z, u);
 }
 
 #if SENSOR_CAMERA
@@ -185,6 +193,6 @@ fn record_crossing(ray: Ray, t_max: f32) {
     attenuate_pending(ruling_interior(inside), t);
 #endif
     splat_pixel = vec2u(at * size);
-    splat();
+    splat(path.lane);
 }
 #endif

@@ -164,8 +164,16 @@ shared_records! {
         scene_diameter: f32,
         /// Camera paths longer than this are gathered with the radius of this length, m.
         gather_reach: f32,
+        /// Share of the useful light paths that report.
+        guide_share: f32,
+        /// Room for reports.
+        guide_room: u32,
         /// Unused.
         pad_0: u32,
+        /// Unused.
+        pad_1: u32,
+        /// Unused.
+        pad_2: u32,
         /// Eye, corner or centre, relative to the scene's origin.
         origin: Vec4,
         /// Right, or edge u.

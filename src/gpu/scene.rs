@@ -73,6 +73,8 @@ pub struct GpuScene {
     pub origin: DVec3,
     /// Power of all lights, mean over the film's range, W nm^-1.
     pub power: f64,
+    /// Records of lights; a mesh has one for each triangle.
+    pub lights: usize,
     /// Bytes in all of them.
     pub bytes: u64,
 }
@@ -127,7 +129,7 @@ impl GpuScene {
             targets.len(),
         );
         let power = lights.power;
-        Ok(Self { resources, power, rows: rows.0, constants, origin, bytes })
+        Ok(Self { resources, power, lights: records.len(), rows: rows.0, constants, origin, bytes })
     }
 }
 

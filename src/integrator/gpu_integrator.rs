@@ -1,5 +1,7 @@
 //! Batches on the GPU, tile by tile: the camera pass, then the light pass where there can be caustics.
 
+use super::gather::{self, Gather};
+use super::guide::Guide;
 use super::{Features, Plan, Techniques, Wavelengths, first_hits};
 use crate::color::cie::K_M;
 use crate::error::{Error, Result};
@@ -9,7 +11,7 @@ use crate::geometry::{Bounds, bounds_of_all};
 use crate::gpu::layout::{
     COUNTER_NEGATIVE, COUNTER_NOT_FINITE, COUNTER_RAYS, COUNTER_SATURATED, COUNTER_TRUNCATED, COUNTERS, Params, XYZ_RATIO,
 };
-use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, Resource, ranks, targets};
+use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, Resource, ranks};
 use crate::reference::initial_interiors;
 use crate::render::{BatchStats, Integrator, Renderer};
 use crate::scene::{Bins, Filter, Scene, Sensor};
@@ -22,14 +24,8 @@ use std::time::{Duration, Instant};
 const PASSES_PER_DISPATCH: u32 = 16;
 /// Bytes for the samples of a dispatch on their way to the film.
 const SAMPLE_BYTES: u64 = 64 << 20;
-/// Bytes for the visible points that light paths are gathered at.
-const POINT_BYTES: u64 = 64 << 20;
-/// Radius of gathering in the first pass, in pixels.
-const GATHER_PIXELS: f64 = 2.0;
-/// And at most this part of the scene's size.
-const GATHER_SHARE: f64 = 0.01;
-/// The squared radius of gathering falls with the pass as pass^-(1 - this): Knaus & Zwicker 2011, eq. 20.
-const GATHER_ALPHA: f64 = 2.0 / 3.0;
+/// Samples of all pixels together that a probe takes.
+const PROBE_SAMPLES: f64 = (1 << 19) as f64;
 /// How long a dispatch should take: well below the watchdogs of desktop drivers.
 const DISPATCH_TIME: Duration = Duration::from_millis(50);
 
@@ -60,17 +56,8 @@ pub struct GpuIntegrator {
     counters: Resource,
     samples: Resource,
     gather: Option<Gather>,
-}
-
-/// Where light paths are gathered.
-#[derive(Debug)]
-struct Gather {
-    points: Resource,
-    heads: Resource,
-    /// Radius, and radius per metre of the camera path, in the first pass, m.
-    radius: (f64, f64),
-    /// Passes whose points fit.
-    passes: u32,
+    guide: Option<Guide>,
+    is_probed: bool,
 }
 
 impl GpuIntegrator {
@@ -91,7 +78,7 @@ impl GpuIntegrator {
         let plan = Plan::new(scene, techniques);
         let gpu_scene = GpuScene::new(&gpu, scene, techniques.guiding)?;
         let tile = tiles(&gpu, &plan, scene.film.width, scene.film.height)[0];
-        let gather = if plan.has("GATHERED") { Some(Gather::new(&gpu, &plan, scene, tile)?) } else { None };
+        let gather = if plan.has("GATHERED") { Some(Gather::new(&gpu, &plan, scene, tile, PASSES_PER_DISPATCH)?) } else { None };
         let heads = gather.as_ref().map_or(0, |g| g.heads.size() / 4);
         let constants = plan.constants() + &gpu_scene.constants + &format!("const HEADS = {heads}u;\n");
         let limit = gpu.device.limits().max_compute_workgroups_per_dimension;
@@ -109,11 +96,12 @@ impl GpuIntegrator {
             bounds_of_all(&scene.shapes),
             gpu_scene.origin,
             gpu_scene.power,
-            gather_reach(scene),
+            gather::reach(scene),
             gpu_scene.rows.len() as u32 * plan.lanes.div_ceil(4) + 3,
         )?;
         let uniforms = gpu.uniform("params", std::mem::size_of::<Params>() as u64);
         let counters = gpu.empty_storage("counters", (COUNTERS * 4) as u64)?;
+        let guide = plan.guides(gpu_scene.lights).map(|axes| Guide::new(&gpu, axes)).transpose()?;
         let seed = (seed ^ (seed >> 32)) as u32;
         let (wavelengths, bins) = (Wavelengths::new(scene), scene.film.bins);
         Ok(Self {
@@ -130,6 +118,8 @@ impl GpuIntegrator {
             counters,
             samples,
             gather,
+            guide,
+            is_probed: false,
         })
     }
 
@@ -186,14 +176,13 @@ impl GpuIntegrator {
         if self.gather.is_some() { 1 } else { 4 }
     }
 
-    /// Spectra of the passes `first .. first + count` (of `spp` in a batch) as the shaders read them, and the bin of each lane.
-    fn spectra(&self, batch: u32, spp: u32, first: u32, count: u32) -> (Vec<Vec4>, Vec<u32>) {
+    /// Spectra of `count` passes from `first` as the shaders read them, and the bin of each lane.
+    fn spectra(&self, first: u64, count: u32) -> (Vec<Vec4>, Vec<u32>) {
         let lanes = self.plan.lanes as usize;
         let cmf = observer(Observer::Cie1931);
         let mut table = Vec::new();
         let mut lane_bins = Vec::new();
-        for pass in first..first + count {
-            let number = u64::from(batch) * u64::from(spp) + u64::from(pass);
+        for number in first..first + u64::from(count) {
             let (offset, parting) = self.offsets(number);
             let sampled = self.wavelengths.pass(offset);
             lane_bins.extend(sampled.iter().map(|(nm, _)| self.bins.index_of(*nm)));
@@ -213,24 +202,29 @@ impl GpuIntegrator {
             let parting = self.wavelengths.parting_lanes(self.parting_lanes(), parting);
             table.push(Vec4::from_array(parting.map(|(lane, _)| f32::from_bits(lane))));
             table.push(Vec4::from_array(parting.map(|(_, weight)| weight as f32)));
-            let (radius, per_metre) = self.gather.as_ref().map_or((0.0, 0.0), |g| g.radius);
-            let shrink = (number as f64 + 1.0).powf(0.5 * (GATHER_ALPHA - 1.0));
-            table.push(Vec4::new((radius * shrink) as f32, (per_metre * shrink) as f32, 0.0, 0.0));
+            let (radius, per_metre) = self.gather.as_ref().map_or((0.0, 0.0), |g| g.radius(number));
+            table.push(Vec4::new(radius as f32, per_metre as f32, 0.0, 0.0));
         }
         (table, lane_bins)
     }
 
-    /// Renders one tile into `film`.
-    fn render_tile(&mut self, tile: Tile, batch: u32, spp: u32, film: &mut Film) -> Result<BatchStats> {
-        let floats = u64::from(tile.width) * u64::from(tile.height) * u64::from(self.plan.bins + 3);
-        let sums = self.gpu.empty_storage("film", floats * 4)?;
-        let splats = if self.light.is_some() { Some(self.gpu.empty_storage("splats", floats * 8)?) } else { None };
+    /// Traces passes over one tile.
+    fn trace(&mut self, tile: Tile, passes: Passes) -> Result<TileSums> {
+        let channels = self.plan.bins as usize + 3;
+        let values = tile.width as usize * tile.height as usize * channels;
+        let bytes = |values: usize| 8 * values as u64;
+        let sums = self.gpu.empty_storage("film", bytes(values) / 2)?;
+        let splats = if self.light.is_some() { Some(self.gpu.empty_storage("splats", bytes(values))?) } else { None };
+        self.guide.iter().for_each(|g| self.gpu.write(&g.uses, &[0u32; 4]));
+        let guide = self.guide.as_ref().map(|g| self.gpu.table("guide of light paths", &g.table(self.pixels()))).transpose()?;
+        let light_paths = f64::from(self.params.light_paths) * f64::from(passes.count);
+        let (guide_share, guide_room) = self.guide.as_mut().map_or((0.0, 0), |g| g.expect(light_paths));
         let mut stats =
-            BatchStats { paths: u64::from(tile.width) * u64::from(tile.height) * u64::from(spp), ..Default::default() };
-        let passes = self.gather.as_ref().map_or(PASSES_PER_DISPATCH, |g| g.passes);
-        for first in (0..spp).step_by(passes as usize) {
-            let count = passes.min(spp - first);
-            let (table, lane_bins) = self.spectra(batch, spp, first, count);
+            BatchStats { paths: u64::from(tile.width) * u64::from(tile.height) * u64::from(passes.count), ..Default::default() };
+        let most = self.gather.as_ref().map_or(PASSES_PER_DISPATCH, |g| g.passes);
+        for first in (0..passes.count).step_by(most as usize) {
+            let count = most.min(passes.count - first);
+            let (table, lane_bins) = self.spectra(passes.number + u64::from(first), count);
             let spectra = self.gpu.table("spectra", &table)?;
             let lane_bins = self.gpu.storage("wavelength bins", &lane_bins)?;
             let mut resources: Vec<(&str, &Resource)> = self.scene.resources.iter().map(|(n, b)| (*n, b)).collect();
@@ -242,6 +236,8 @@ impl GpuIntegrator {
             ]);
             resources.extend([("spectra", &spectra), ("lane_bins", &lane_bins)]);
             resources.extend(splats.iter().map(|s| ("splats", s)));
+            resources.extend(guide.iter().map(|g| ("guide", g)));
+            resources.extend(self.guide.iter().map(|g| ("uses", &g.uses)));
             if let Some(gather) = &self.gather {
                 self.gpu.clear(&gather.heads);
                 resources.extend([("points", &gather.points), ("heads", &gather.heads)]);
@@ -253,8 +249,10 @@ impl GpuIntegrator {
                 tile_height: tile.height,
                 first_sample: first,
                 samples: count,
-                batch,
+                batch: passes.batch,
                 seed: self.seed,
+                guide_share,
+                guide_room,
                 ..self.params
             };
             let job = Job { gpu: &self.gpu, uniforms: &self.uniforms, counters: &self.counters, resources: &resources, params };
@@ -264,20 +262,58 @@ impl GpuIntegrator {
                 stats += job.run(light, self.params.light_paths.div_ceil(64))?.0;
             }
         }
-        let mut sums: Vec<f32> = self.gpu.read(&sums, floats * 4)?;
+        let mut sums: Vec<f32> = self.gpu.read(&sums, bytes(values) / 2)?;
         if let Some(splats) = splats {
-            let channels = self.plan.bins as usize + 3;
             // Every pass is an estimate from all its light paths.
             let quantum = 1.0 / (f64::from(self.params.inverse_quantum) * f64::from(self.params.light_paths));
-            let words: Vec<u32> = self.gpu.read(&splats, floats * 8)?;
-            for (i, (sum, w)) in sums.iter_mut().zip(words.chunks_exact(2)).enumerate() {
+            let words: Vec<u32> = self.gpu.read(&splats, bytes(values))?;
+            let quanta: Vec<f64> = words.chunks_exact(2).map(|w| (u64::from(w[1]) << 32 | u64::from(w[0])) as f64).collect();
+            for (i, (sum, quanta)) in sums.iter_mut().zip(&quanta).enumerate() {
                 let unit = if i % channels < channels - 3 { quantum } else { quantum * f64::from(XYZ_RATIO) };
-                *sum += ((u64::from(w[1]) << 32 | u64::from(w[0])) as f64 * unit) as f32;
+                *sum += (quanta * unit) as f32;
             }
         }
-        film.add_batch(tile, &sums, spp);
-        Ok(stats)
+        if let Some(guide) = &mut self.guide {
+            guide.learn(&self.gpu, light_paths)?;
+            guide.see((self.params.image_width, self.params.image_height), tile, &sums, channels, passes.count);
+        }
+        Ok(TileSums { sums, stats })
     }
+
+    fn pixels(&self) -> f64 {
+        f64::from(self.params.image_width) * f64::from(self.params.image_height)
+    }
+
+    fn tiles(&self) -> Vec<Tile> {
+        tiles(&self.gpu, &self.plan, self.params.image_width, self.params.image_height)
+    }
+
+    /// Learns where light paths are of use from a few passes that the film never sees: what they find before that is mostly noise.
+    fn probe(&mut self) -> Result<()> {
+        let rounds = (PROBE_SAMPLES / self.pixels()).clamp(2.0, 8.0) as u32;
+        for round in 0..rounds {
+            for tile in self.tiles() {
+                self.trace(tile, Passes { batch: u32::MAX - round, number: u64::from(round), count: 1 })?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Passes in a row.
+#[derive(Debug, Clone, Copy)]
+struct Passes {
+    /// Keys their random numbers.
+    batch: u32,
+    /// Number of the first one among all of the render.
+    number: u64,
+    count: u32,
+}
+
+/// What passes over a tile came to: `[pixel][bins + 3]` sums over them.
+struct TileSums {
+    sums: Vec<f32>,
+    stats: BatchStats,
 }
 
 /// What the dispatches of a pass over one tile share.
@@ -332,8 +368,13 @@ impl Job<'_> {
 impl Integrator for GpuIntegrator {
     fn render_batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats> {
         let mut stats = BatchStats::default();
-        for tile in tiles(&self.gpu, &self.plan, self.params.image_width, self.params.image_height) {
-            stats += self.render_tile(tile, index, spp, film)?;
+        if !std::mem::replace(&mut self.is_probed, true) {
+            self.probe()?;
+        }
+        for tile in self.tiles() {
+            let traced = self.trace(tile, Passes { batch: index, number: u64::from(index) * u64::from(spp), count: spp })?;
+            film.add_batch(tile, &traced.sums, spp);
+            stats += traced.stats;
         }
         Ok(stats)
     }
@@ -354,35 +395,9 @@ impl Renderer for GpuIntegrator {
     }
 }
 
-impl Gather {
-    /// Buffers for the points of `tile`, the largest one.
-    fn new(gpu: &Gpu, plan: &Plan, scene: &Scene, tile: Tile) -> Result<Self> {
-        // A point: three vectors and its throughput (visible_points.wgsl).
-        let point_bytes = u64::from(3 + plan.lanes.div_ceil(4)) * 16;
-        let pixels = 64 * u64::from(tile.width.div_ceil(8)) * u64::from(tile.height.div_ceil(8));
-        let passes =
-            (POINT_BYTES.min(gpu.max_binding()) / (pixels * point_bytes)).clamp(1, u64::from(PASSES_PER_DISPATCH)) as u32;
-        let points = gpu.empty_storage("visible points", pixels * u64::from(passes) * point_bytes)?;
-        let heads = (pixels * u64::from(passes) * 2).next_power_of_two().clamp(1 << 10, 1 << 22);
-        let heads = gpu.empty_storage("cells of visible points", heads * 4)?;
-        let height = f64::from(scene.film.height);
-        // A picture of few pixels must not blur what is smaller than they are.
-        let bounds = bounds_of_all(&scene.shapes);
-        let most = GATHER_SHARE * (bounds.max - bounds.min).length();
-        let radius = match scene.sensor {
-            Sensor::Perspective { tan_half_vfov, .. } => {
-                (0.0, (GATHER_PIXELS * 2.0 * tan_half_vfov / height).min(most / f64::from(gather_reach(scene))))
-            }
-            Sensor::Orthographic { height: metres, .. } => ((GATHER_PIXELS * metres / height).min(most), 0.0),
-            Sensor::IrradiancePlane { .. } | Sensor::IrradianceSphere { .. } => (0.0, 0.0),
-        };
-        Ok(Self { points, heads, radius, passes })
-    }
-}
-
 /// Tiles whose film (or splats, twice as large) and visible points of one pass fit an adapter's binding, in whole 8 x 8 blocks; the largest first.
 fn tiles(gpu: &Gpu, plan: &Plan, width: u32, height: u32) -> Vec<Tile> {
-    let point = if plan.has("GATHERED") { u64::from(3 + plan.lanes.div_ceil(4)) * 16 } else { 0 };
+    let point = if plan.has("GATHERED") { gather::point_bytes(plan) } else { 0 };
     let pixels = gpu.max_binding() / (8 * u64::from(plan.bins + 3)).max(point);
     let columns = if u64::from(width) * 8 > pixels { (pixels / 64 * 8) as u32 } else { width };
     let rows = (pixels / u64::from(columns.next_multiple_of(8)) / 8 * 8).clamp(8, 1 << 20) as u32;
@@ -393,13 +408,6 @@ fn tiles(gpu: &Gpu, plan: &Plan, width: u32, height: u32) -> Vec<Tile> {
         }
     }
     tiles
-}
-
-/// Camera paths longer than this are gathered within the radius of this length: cells fit the largest radius, so that it should not be much larger than
-/// usual. One and a half times as far as whatever bends light is from the eye.
-fn gather_reach(scene: &Scene) -> f32 {
-    let Sensor::Perspective { eye, .. } = scene.sensor else { return 0.0 };
-    targets(scene, true).iter().map(|(center, _)| 1.5 * center.distance(eye)).fold(0.0, f64::max) as f32
 }
 
 /// Uniforms that do not change from dispatch to dispatch.

@@ -1,7 +1,9 @@
 //! From a scene to radiance on the film: the plan, the wavelengths of each pass, and the passes.
 
 mod first_hits;
+mod gather;
 mod gpu_integrator;
+mod guide;
 mod plan;
 mod wavelengths;
 

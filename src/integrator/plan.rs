@@ -138,6 +138,7 @@ impl Plan {
             ("CAUSTICS", caustics),
             ("JOINED", joined),
             ("GATHERED", gathered),
+            ("GUIDED", caustics && techniques.guiding),
             ("CROSSINGS", joined && !camera),
             ("CHANCE", techniques.chance_hits),
             ("LIGHT_SAMPLES", lights && techniques.light_samples),
@@ -167,6 +168,14 @@ impl Plan {
         }
     }
 
+    /// The axes of [`super::guide`] along which light paths from so many lights are guided, if they are.
+    pub(super) fn guides(&self, lights: usize) -> Option<[bool; super::guide::AXES]> {
+        let distant = self.has("LIGHT_ENVIRONMENT");
+        let on_light = distant || self.has("LIGHT_AREA") || self.has("LIGHT_BEAM");
+        let direction = distant || self.has("LIGHT_AREA") || self.has("LIGHT_POINT");
+        self.has("GUIDED").then_some([on_light, on_light, direction, direction, lights > 1])
+    }
+
     /// True if the scene has this feature. Panics on an unknown name, which is a defect.
     pub fn has(&self, feature: &str) -> bool {
         self.camera[feature]
@@ -181,9 +190,10 @@ impl Plan {
 
     /// WGSL constants of the plan.
     pub fn constants(&self) -> String {
+        use super::guide::{AXES, BLOCKS, ROOT};
         use crate::bsdf::energy::{ETA_MAX, ETA_NODES, MIN_MEAN, MU_NODES};
         format!(
-            "const LANES = {}u;\nconst LANES4 = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\n\
+            "const GUIDE_AXES = {AXES}u;\nconst GUIDE_BLOCKS = {BLOCKS}u;\nconst GUIDE_ROOT = {ROOT}u;\nconst LANES = {}u;\nconst LANES4 = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\n\
              const ENERGY_ETA_MAX = {ETA_MAX:?};\nconst ENERGY_MIN_MEAN = {MIN_MEAN:?};\n",
             self.lanes,
             self.lanes.div_ceil(4),

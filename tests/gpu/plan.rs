@@ -215,7 +215,11 @@ fn there_is_no_term_or_buffer_for_what_a_scene_does_not_contain() {
         ),
         (ball(json!({"conductor": {"metal": "Al", "alpha": 0.3}})), &["bsdf/ggx.wgsl", "bsdf/rough.wgsl"], &["tables"]),
         (json!({"lights": [{"image": {"file": "sky.png"}}]}), &["light/environment.wgsl"], &["environment"]),
-        (ball(json!({"conductor": {"metal": "Al"}})), &["light/emit.wgsl", "sensor/connect.wgsl"], &["splats"]),
+        (
+            ball(json!({"conductor": {"metal": "Al"}})),
+            &["light/emit.wgsl", "light/aim.wgsl", "sensor/connect.wgsl", "integrator/visible_points.wgsl"],
+            &["splats", "points", "heads"],
+        ),
         (json!({"film": {"bins": 40}}), &[], &["lane_bins"]),
         (json!({"shapes": [{"mesh": {"file": "square.obj", "smooth": true}, "material": "wall"}]}), &[], &["normals"]),
     ];

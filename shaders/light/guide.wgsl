@@ -1,0 +1,73 @@
+// Guided emission: the random numbers that a light path begins with (choice of a light, point on it, direction: primary sample space) are warped to where
+// paths were of use before (Guo et al. 2018, "Primary sample space path guiding"; the tree: src/integrator/guide.rs). The warp's density divides the
+// throughput; multiple importance sampling goes on with the density without it, which camera paths can work out: any weights are right that add up to one.
+@group(0) @binding(18) var guide: Table;
+
+// Two vectors for each path that was of use, kept by chance: point and direction; light, squared use without the warp, density of the warp, its own name.
+struct Uses {
+    count: atomic<u32>,
+    records: array<vec4f>,
+}
+@group(0) @binding(19) var<storage, read_write> uses: Uses;
+
+// A use beyond this is not told from this: some are without bound.
+const MOST_USE = 1024.0;
+
+struct EmissionNumbers {
+    at: vec4f, // point on the light (axes 0 and 1), direction (2 and 3)
+    light: f32, // axis 4
+}
+
+var<private> numbers: EmissionNumbers;
+var<private> guide_density: f32; // of the numbers, relative to even ones
+var<private> use_of_path: f32; // squared, without the warp
+
+fn guided_numbers() -> EmissionNumbers {
+    var light = next_1d();
+    var u = vec4f(next_2d(), next_2d());
+    var low = vec4f(0.0);
+    var size = vec4f(1.0);
+    var light_low = 0.0;
+    var light_size = 1.0;
+    guide_density = 1.0;
+    use_of_path = 0.0;
+    var node = fetch(guide, GUIDE_ROOT);
+    while (node.x < GUIDE_AXES) {
+        let is_axis = vec4u(node.x) == vec4u(0u, 1u, 2u, 3u);
+        let is_light = node.x == 4u;
+        let x = select(component(u, node.x), light, is_light);
+        let lower = bitcast<f32>(node.z);
+        let goes_up = x >= lower;
+        // What is left of the number goes on, within [0, 1).
+        let rest = clamp(select(x / lower, (x - lower) / (1.0 - lower), goes_up), 0.0, 0x1.fffffep-1);
+        u = select(u, vec4f(rest), is_axis);
+        light = select(light, rest, is_light);
+        size = select(size, 0.5 * size, is_axis);
+        light_size = select(light_size, 0.5 * light_size, is_light);
+        low += select(vec4f(0.0), size, is_axis & vec4<bool>(goes_up));
+        light_low += select(0.0, light_size, is_light && goes_up);
+        guide_density *= 2.0 * select(lower, 1.0 - lower, goes_up);
+        node = fetch(guide, GUIDE_ROOT + node.y + select(0u, 1u, goes_up));
+    }
+    numbers = EmissionNumbers(min(low + size * u, vec4f(0x1.fffffep-1)), min(light_low + light_size * light, 0x1.fffffep-1));
+    return numbers;
+}
+
+// A splat of this radiance (sum over the bins) into `pixel`: how much of what the pixel has it would be in a pass of one path for each pixel.
+fn note_use(pixel: vec2u, radiance: f32) {
+    let block = pixel * GUIDE_BLOCKS / vec2u(params.image_width, params.image_height);
+    let of_splat = min(guide_density * radiance * bitcast<f32>(fetch(guide, block.y * GUIDE_BLOCKS + block.x).x), MOST_USE);
+    use_of_path += of_splat * of_splat;
+}
+
+// The path has ended: a share of those that were of use is reported.
+fn report_use() {
+    let name = hash2(sampler_index, params.batch);
+    if (use_of_path > 0.0 && unit_float(name) < params.guide_share) {
+        let at = atomicAdd(&uses.count, 1u);
+        if (at < params.guide_room) {
+            uses.records[2u * at] = numbers.at;
+            uses.records[2u * at + 1u] = vec4f(numbers.light, use_of_path, guide_density, bitcast<f32>(sampler_index));
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! Gathering light paths at the visible points of camera paths: how wide, and the buffers for it (visible_points.wgsl).
+
+use super::Plan;
+use crate::error::Result;
+use crate::film::Tile;
+use crate::geometry::bounds_of_all;
+use crate::gpu::{Gpu, Resource, targets};
+use crate::scene::{Scene, Sensor};
+
+/// Bytes for the visible points that light paths are gathered at.
+const POINT_BYTES: u64 = 64 << 20;
+/// Radius of gathering in the first pass, in pixels.
+const PIXELS: f64 = 2.0;
+/// And at most this part of the scene's size.
+const SHARE: f64 = 0.01;
+/// The squared radius of gathering falls with the pass as pass^-(1 - this): Knaus & Zwicker 2011, eq. 20.
+const ALPHA: f64 = 2.0 / 3.0;
+/// Where light paths are gathered.
+#[derive(Debug)]
+pub(super) struct Gather {
+    pub points: Resource,
+    pub heads: Resource,
+    /// Radius, and radius per metre of the camera path, in the first pass, m.
+    radius: (f64, f64),
+    /// Passes whose points fit.
+    pub passes: u32,
+}
+
+impl Gather {
+    /// Buffers for the points of `tile`, the largest one, in up to `most_passes` passes.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Device`] if the adapter cannot hold them.
+    pub fn new(gpu: &Gpu, plan: &Plan, scene: &Scene, tile: Tile, most_passes: u32) -> Result<Self> {
+        let point_bytes = point_bytes(plan);
+        let pixels = 64 * u64::from(tile.width.div_ceil(8)) * u64::from(tile.height.div_ceil(8));
+        let passes = (POINT_BYTES.min(gpu.max_binding()) / (pixels * point_bytes)).clamp(1, u64::from(most_passes)) as u32;
+        let points = gpu.empty_storage("visible points", pixels * u64::from(passes) * point_bytes)?;
+        let heads = (pixels * u64::from(passes) * 2).next_power_of_two().clamp(1 << 10, 1 << 22);
+        let heads = gpu.empty_storage("cells of visible points", heads * 4)?;
+        let height = f64::from(scene.film.height);
+        // A picture of few pixels must not blur what is smaller than they are.
+        let bounds = bounds_of_all(&scene.shapes);
+        let most = SHARE * (bounds.max - bounds.min).length();
+        let radius = match scene.sensor {
+            Sensor::Perspective { tan_half_vfov, .. } => {
+                (0.0, (PIXELS * 2.0 * tan_half_vfov / height).min(most / f64::from(reach(scene))))
+            }
+            Sensor::Orthographic { height: metres, .. } => ((PIXELS * metres / height).min(most), 0.0),
+            Sensor::IrradiancePlane { .. } | Sensor::IrradianceSphere { .. } => (0.0, 0.0),
+        };
+        Ok(Self { points, heads, radius, passes })
+    }
+
+    /// Radius, m, and radius per metre of the camera path, in this pass of all.
+    pub fn radius(&self, pass: u64) -> (f64, f64) {
+        let shrink = (pass as f64 + 1.0).powf(0.5 * (ALPHA - 1.0));
+        (self.radius.0 * shrink, self.radius.1 * shrink)
+    }
+}
+
+/// Bytes of a point: three vectors and its throughput.
+pub(super) fn point_bytes(plan: &Plan) -> u64 {
+    u64::from(3 + plan.lanes.div_ceil(4)) * 16
+}
+
+/// Camera paths longer than this are gathered within the radius of this length: cells fit the largest radius, so that it should not be much larger than
+/// usual. One and a half times as far as whatever bends light is from the eye (or its radius, around the eye).
+pub(super) fn reach(scene: &Scene) -> f32 {
+    let Sensor::Perspective { eye, .. } = scene.sensor else { return 0.0 };
+    targets(scene, true).iter().map(|(center, radius)| (1.5 * center.distance(eye)).max(*radius)).fold(0.0, f64::max) as f32
+}

@@ -1,0 +1,226 @@
+//! Guided emission: which random numbers of a light path's beginning are of use, learned while rendering.
+//!
+//! The unit cube of those numbers (primary sample space) becomes a binary tree of boxes, halved along one axis at each node (Guo et al. 2018, "Primary
+//! sample space path guiding"). Light paths report their numbers and the squares of what they add to the picture, relative to its brightness there
+//! (light/guide.wgsl). Paths go into leaves in proportion to sqrt(volume x integral of those squares), which makes the relative variance least, but for a
+//! defensive share by volume. A tree is grown anew from what the paths of the last one reported, whenever that is twice as much (Mueller et al. 2017,
+//! "Practical path guiding"). Reports are sorted first: nothing depends on the order in which paths end.
+
+use crate::error::Result;
+use crate::film::Tile;
+use crate::gpu::{Gpu, Resource};
+use glam::{UVec4, Vec4};
+
+/// Dimensions: a point on the light (2), a direction (2), the choice of a light.
+pub(super) const AXES: usize = 5;
+/// The picture's brightness is kept in this many blocks along each side.
+pub(super) const BLOCKS: usize = 32;
+/// Texel of the root, after the blocks.
+pub(super) const ROOT: usize = BLOCKS * BLOCKS;
+/// Most nodes.
+const NODES: usize = 16384;
+/// Most reports of one call.
+const ROOM: usize = 1 << 16;
+/// Most reports that a tree is grown from.
+const MOST_REPORTS: usize = 1 << 17;
+/// Share of the paths that go on evenly, since what was not of use so far may be yet.
+const DEFENSIVE: f64 = 0.15;
+/// Boxes of fewer reports are not halved.
+const LEAST_REPORTS: usize = 16;
+/// Times a box is halved at most along each axis: numbers have 24 bits.
+const MOST_HALVINGS: u32 = 16;
+/// Halving along an axis is worth it if it leaves less than this of the deviation.
+const WORTHWHILE: f64 = 0.95;
+
+/// A useful path: numbers, and its share in the integral of squared use.
+#[derive(Debug, Clone, Copy)]
+struct Report {
+    at: [f32; AXES],
+    weight: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    /// Halved along this axis; AXES for a leaf.
+    axis: usize,
+    /// Its lower half, the upper one is the next.
+    first: usize,
+    /// Share of all paths.
+    share: f64,
+}
+
+/// The tree, and what its paths report.
+#[derive(Debug)]
+pub(super) struct Guide {
+    nodes: Vec<Node>,
+    reports: Vec<Report>,
+    /// Reports that the tree was grown from.
+    grown_from: usize,
+    /// Share of the paths that were of use, and of those that report it.
+    useful: f64,
+    reporting: f64,
+    /// Axes that the scene's lights use.
+    axes: [bool; AXES],
+    /// Sums over the pixels of each block of their radiance (sum over bins), and samples.
+    brightness: Vec<(f64, f64)>,
+    /// Where the light pass reports.
+    pub uses: Resource,
+}
+
+/// A box of the cube while the tree grows.
+struct Box<'a> {
+    reports: &'a mut [Report],
+    low: [f32; AXES],
+    halvings: [u32; AXES],
+    /// Integral of squared use over it, as far as known, and its volume.
+    squares: f64,
+    volume: f64,
+}
+
+impl Guide {
+    /// Even shares.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Device`] if the adapter cannot hold the reports.
+    pub fn new(gpu: &Gpu, axes: [bool; AXES]) -> Result<Self> {
+        Ok(Self {
+            nodes: vec![Node { axis: AXES, first: 0, share: 1.0 }],
+            reports: Vec::new(),
+            grown_from: LEAST_REPORTS / 2,
+            useful: 1.0,
+            reporting: 1.0,
+            axes,
+            brightness: vec![(0.0, 0.0); BLOCKS * BLOCKS],
+            uses: gpu.empty_storage("uses of light paths", (1 + 2 * ROOM as u64) * 16)?,
+        })
+    }
+
+    /// Share of `paths` that may report, and room for them.
+    pub fn expect(&mut self, paths: f64) -> (f32, u32) {
+        self.reporting = (0.5 * ROOM as f64 / (self.useful * paths)).min(1.0);
+        (self.reporting as f32, ROOM as u32)
+    }
+
+    /// Takes in what `paths` light paths reported. All of it is forgotten if there was not room for it: what was left out depends on chance.
+    pub fn learn(&mut self, gpu: &Gpu, paths: f64) -> Result<()> {
+        let count = gpu.read::<u32>(&self.uses, 4)?[0] as usize;
+        self.useful = ((count as f64 + 1.0) / (self.reporting * paths)).min(1.0);
+        if count > ROOM || count == 0 || self.grown_from >= MOST_REPORTS / 2 {
+            return Ok(());
+        }
+        let mut records: Vec<[Vec4; 2]> =
+            gpu.read(&self.uses, (1 + 2 * count as u64) * 16)?[1..].chunks_exact(2).map(|r| [r[0], r[1]]).collect();
+        records.sort_by_key(|r| (r[1].w.to_bits(), r[0].x.to_bits()));
+        self.reports.extend(
+            records.iter().map(|[a, b]| Report {
+                at: [a.x, a.y, a.z, a.w, b.x],
+                weight: f64::from(b.y) / (f64::from(b.z) * self.reporting),
+            }),
+        );
+        if self.reports.len() >= 2 * self.grown_from {
+            self.grow();
+        }
+        Ok(())
+    }
+
+    /// Takes in a tile of the picture: `[pixel][channels]` sums over `spp` samples; all but the last three channels are radiance.
+    pub fn see(&mut self, image: (u32, u32), tile: Tile, sums: &[f32], channels: usize, spp: u32) {
+        for (i, sums) in sums.chunks_exact(channels).enumerate() {
+            let (x, y) =
+                (u64::from(tile.x) + i as u64 % u64::from(tile.width), u64::from(tile.y) + i as u64 / u64::from(tile.width));
+            let block = |at: u64, size: u32| (at * BLOCKS as u64 / u64::from(size)) as usize;
+            let block = &mut self.brightness[block(y, image.1) * BLOCKS + block(x, image.0)];
+            block.0 += sums[..channels - 3].iter().map(|&s| f64::from(s)).sum::<f64>();
+            block.1 += f64::from(spp);
+        }
+    }
+
+    /// Grows a new tree from the reports, which are then forgotten.
+    fn grow(&mut self) {
+        let mut reports = std::mem::take(&mut self.reports);
+        self.grown_from = reports.len();
+        let squares = reports.iter().map(|r| r.weight).sum();
+        self.nodes.clear();
+        self.nodes.push(Node { axis: AXES, first: 0, share: 0.0 });
+        let whole = Box { reports: &mut reports, low: [0.0; AXES], halvings: [0; AXES], squares, volume: 1.0 };
+        self.halve(0, whole);
+        let total: f64 = self.nodes.iter().filter(|n| n.axis == AXES).map(|n| n.share).sum();
+        let mut evenly = vec![0.0; self.nodes.len()];
+        evenly[0] = 1.0;
+        for i in 0..self.nodes.len() {
+            let Node { axis, first, share } = self.nodes[i];
+            if axis < AXES {
+                evenly[first] = 0.5 * evenly[i];
+                evenly[first + 1] = 0.5 * evenly[i];
+            } else {
+                self.nodes[i].share = DEFENSIVE * evenly[i] + (1.0 - DEFENSIVE) * share / total;
+            }
+        }
+        for i in (0..self.nodes.len()).rev() {
+            if self.nodes[i].axis < AXES {
+                let first = self.nodes[i].first;
+                self.nodes[i].share = self.nodes[first].share + self.nodes[first + 1].share;
+            }
+        }
+    }
+
+    /// Halves a box, and its halves again, as long as there are reports to tell how; leaves get the share that is best for them, times some constant.
+    fn halve(&mut self, node: usize, of: Box<'_>) {
+        self.nodes[node].share = (of.squares * of.volume).sqrt();
+        let least = LEAST_REPORTS.max(4 * self.grown_from / NODES);
+        if of.reports.len() < least || self.nodes.len() + 2 > NODES {
+            return;
+        }
+        let middle = |axis: usize| of.low[axis] + 0.5f32.powi(of.halvings[axis] as i32 + 1);
+        let total: f64 = of.reports.iter().map(|r| r.weight).sum();
+        let mut upper = [0.0; AXES];
+        for r in of.reports.iter() {
+            for axis in 0..AXES {
+                upper[axis] += if r.at[axis] >= middle(axis) { r.weight / total } else { 0.0 };
+            }
+        }
+        // What is left of the deviation when the halves are told apart; the longest side where no axis tells much.
+        let remains = |axis: usize| (upper[axis].min(1.0).sqrt() + (1.0 - upper[axis]).max(0.0).sqrt()) * 0.5f64.sqrt();
+        let used = || (0..AXES).filter(|&axis| self.axes[axis] && of.halvings[axis] < MOST_HALVINGS);
+        let Some(longest) = used().min_by_key(|&axis| of.halvings[axis]) else { return };
+        let best = used().min_by(|&a, &b| remains(a).total_cmp(&remains(b))).filter(|&axis| remains(axis) < WORTHWHILE);
+        let axis = best.unwrap_or(longest);
+        let at = middle(axis);
+        of.reports.sort_by(|a, b| (a.at[axis] >= at).cmp(&(b.at[axis] >= at)));
+        let first_upper = of.reports.partition_point(|r| r.at[axis] < at);
+        let (below, above) = of.reports.split_at_mut(first_upper);
+        let first = self.nodes.len();
+        self.nodes[node] = Node { axis, first, share: 0.0 };
+        self.nodes.extend([Node { axis: AXES, first: 0, share: 0.0 }; 2]);
+        // Half a report more: what has none may only have been missed.
+        let missed = 0.5 * total / (below.len() + above.len()) as f64;
+        for (i, reports) in [below, above].into_iter().enumerate() {
+            let mut half = Box { reports, low: of.low, halvings: of.halvings, squares: 0.0, volume: 0.5 * of.volume };
+            half.squares = half.reports.iter().map(|r| r.weight).sum::<f64>() + missed;
+            half.halvings[axis] += 1;
+            if i == 1 {
+                half.low[axis] = at;
+            }
+            self.halve(first + i, half);
+        }
+    }
+
+    /// For the shaders: brightness block by block, as the use of a radiance of 1 in a pass of one path for each of `pixels`, then the nodes.
+    pub fn table(&self, pixels: f64) -> Vec<UVec4> {
+        let seen = self.brightness.iter().map(|b| b.1).sum::<f64>();
+        let mean = self.brightness.iter().map(|b| b.0).sum::<f64>() / seen.max(1.0);
+        // The same in the dark as the film's measure of error. Before anything was seen all blocks are alike.
+        let uses = self.brightness.iter().map(|(sum, samples)| {
+            let radiance = sum / samples.max(1.0);
+            if mean > 0.0 { 1.0 / (pixels * (radiance * radiance + 0.01 * mean * mean).sqrt()) } else { 1.0 }
+        });
+        let mut table: Vec<UVec4> = uses.map(|u| UVec4::new((u as f32).to_bits(), 0, 0, 0)).collect();
+        table.extend(self.nodes.iter().map(|node| {
+            let lower = if node.axis < AXES { self.nodes[node.first].share / node.share } else { 1.0 };
+            UVec4::new(node.axis as u32, node.first as u32, (lower as f32).to_bits(), 0)
+        }));
+        // Always of one size: software drivers compile kernels anew for textures of another shape.
+        table.resize(ROOT + NODES, UVec4::ZERO);
+        table
+    }
+}
