@@ -175,8 +175,8 @@ impl Guide {
         let total: f64 = of.reports.iter().map(|r| r.weight).sum();
         let mut upper = [0.0; AXES];
         for r in of.reports.iter() {
-            for axis in 0..AXES {
-                upper[axis] += if r.at[axis] >= middle(axis) { r.weight / total } else { 0.0 };
+            for (axis, upper) in upper.iter_mut().enumerate() {
+                *upper += if r.at[axis] >= middle(axis) { r.weight / total } else { 0.0 };
             }
         }
         // What is left of the deviation when the halves are told apart; the longest side where no axis tells much.
