@@ -17,6 +17,9 @@ pub trait Integrator {
 
 /// An integrator that also says what is seen first.
 pub trait Renderer: Integrator {
+    /// What the scene needed and what was found out about it, of several lines; all of it after the first batch.
+    fn describe(&self) -> String;
+
     /// What `samples` rays of every pixel meet first, `albedos` being those of the scene's materials; `index` as in
     /// [`Integrator::render_batch`].
     fn first_hits(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<FirstHits>;

@@ -126,7 +126,7 @@ fn measure(args: &Args, path: &Path) -> Result<Row> {
     };
     let start = Instant::now();
     let mut film = Film::try_new(&scene.film)?;
-    let mut device = device::open(&scene, args.device.as_deref(), args.seed, (&args.techniques).into())?;
+    let mut device = device::open(&scene, args.device.as_deref(), args.seed, &args.techniques)?;
     let setup = start.elapsed().as_secs_f64();
     let bar = Bar::new(args.json);
     let summary = render(device.integrator.as_mut(), &mut film, &args.stop.into(), &mut |p| {

@@ -50,8 +50,6 @@ pub struct Device {
     pub integrator: Box<dyn Renderer>,
     /// Its name, with the driver's.
     pub name: String,
-    /// What the scene needs and so what was compiled; of several lines.
-    pub plan: String,
 }
 
 /// A field of [`Techniques`].
@@ -70,6 +68,14 @@ pub struct TechniqueArgs {
     /// Leave out a way of finding paths (may be given again); the others make up for it where they can, and the plan says where not
     #[arg(long, value_name = "TECHNIQUE")]
     without: Vec<Technique>,
+    /// Light paths for each camera path, instead of what a probe finds best
+    #[arg(long, value_name = "N", value_parser = light_paths)]
+    light_paths: Option<f64>,
+}
+
+fn light_paths(text: &str) -> std::result::Result<f64, String> {
+    let n: f64 = text.parse().map_err(|_| format!("{text:?} is not a number"))?;
+    if (0.001..=1000.0).contains(&n) { Ok(n) } else { Err("must be between 0.001 and 1000".to_string()) }
 }
 
 impl From<&TechniqueArgs> for Techniques {
@@ -86,20 +92,19 @@ impl From<&TechniqueArgs> for Techniques {
 }
 
 /// Opens the device `name` (any adapter if `None`) for `scene`. The reference has techniques of its own.
-pub fn open(scene: &Scene, name: Option<&str>, seed: u64, techniques: Techniques) -> Result<Device> {
+pub fn open(scene: &Scene, name: Option<&str>, seed: u64, args: &TechniqueArgs) -> Result<Device> {
     if name == Some(REFERENCE) {
-        let (estimator, from) = match scene.reference {
-            Estimator::Backward => ("backward", "the sensor"),
-            Estimator::Forward => ("forward", "the lights"),
+        let estimator = match scene.reference {
+            Estimator::Backward => "backward",
+            Estimator::Forward => "forward",
         };
         let integrator = ReferenceIntegrator::new(scene, scene.reference, seed)?;
-        return Ok(Device {
-            integrator: Box::new(integrator),
-            name: format!("reference ({estimator}, double precision)"),
-            plan: format!("reference: paths from {from}, nothing compiled"),
-        });
+        return Ok(Device { integrator: Box::new(integrator), name: format!("reference ({estimator}, double precision)") });
     }
-    let integrator = GpuIntegrator::with(scene, name, seed, techniques)?;
-    let (name, plan) = (integrator.adapter().to_string(), integrator.plan().to_string());
-    Ok(Device { integrator: Box::new(integrator), name, plan })
+    let mut integrator = GpuIntegrator::with(scene, name, seed, args.into())?;
+    if let Some(n) = args.light_paths {
+        integrator.set_light_paths(n);
+    }
+    let name = integrator.adapter().to_string();
+    Ok(Device { integrator: Box::new(integrator), name })
 }

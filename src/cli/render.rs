@@ -106,7 +106,7 @@ pub fn run(args: &Args) -> Outcome {
     }
     let setup = Instant::now();
     let mut film = Film::try_new(&scene.film)?;
-    let mut device = device::open(&scene, args.device.as_deref(), args.seed, (&args.techniques).into())?;
+    let mut device = device::open(&scene, args.device.as_deref(), args.seed, &args.techniques)?;
     let setup = setup.elapsed();
     // Before the work too: what fails here fails at once.
     let wants_first_hits = args.aov.iter().any(|aov| *aov != Aov::Error);
@@ -219,7 +219,7 @@ impl Report<'_> {
 
     fn text(&self) -> String {
         let (p, device) = (&self.summary.progress, self.device);
-        let mut lines = vec![device.plan.trim_end().to_string()];
+        let mut lines = vec![device.integrator.describe().trim_end().to_string()];
         let ended = match self.summary.ended {
             Ended::Interrupted => ", interrupted",
             Ended::Samples | Ended::Time | Ended::Error => "",
@@ -273,7 +273,7 @@ impl Report<'_> {
             "dropped": {"not_finite": p.stats.dropped_not_finite, "negative": p.stats.dropped_negative, "saturated": p.stats.dropped_saturated},
             "truncated": p.stats.truncated,
             "total_flux": self.flux().map(|(watts, lumens)| json!({"watts": watts, "lumens": lumens})),
-            "plan": self.device.plan.lines().collect::<Vec<_>>(),
+            "plan": self.device.integrator.describe().lines().collect::<Vec<_>>(),
             "notes": self.scene.notes,
         })
     }

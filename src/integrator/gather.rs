@@ -10,7 +10,7 @@ use crate::scene::{Scene, Sensor};
 /// Bytes for the visible points that light paths are gathered at.
 const POINT_BYTES: u64 = 64 << 20;
 /// Radius of gathering in the first pass, in pixels.
-const PIXELS: f64 = 2.0;
+const PIXELS: f64 = 1.4;
 /// And at most this part of the scene's size.
 const SHARE: f64 = 0.01;
 /// The squared radius of gathering falls with the pass as pass^-(1 - this): Knaus & Zwicker 2011, eq. 20.

@@ -1,5 +1,6 @@
 //! Batches on the GPU, tile by tile: the camera pass, then the light pass where there can be caustics.
 
+use super::budget::{Budget, Probe};
 use super::gather::{self, Gather};
 use super::guide::Guide;
 use super::{Features, Plan, Techniques, Wavelengths, first_hits};
@@ -57,6 +58,7 @@ pub struct GpuIntegrator {
     samples: Resource,
     gather: Option<Gather>,
     guide: Option<Guide>,
+    budget: Option<Budget>,
     is_probed: bool,
 }
 
@@ -119,6 +121,7 @@ impl GpuIntegrator {
             samples,
             gather,
             guide,
+            budget: None,
             is_probed: false,
         })
     }
@@ -263,6 +266,7 @@ impl GpuIntegrator {
             }
         }
         let mut sums: Vec<f32> = self.gpu.read(&sums, bytes(values) / 2)?;
+        let by_camera = sums.chunks_exact(channels).map(|pixel| pixel[..channels - 3].iter().sum()).collect();
         if let Some(splats) = splats {
             // Every pass is an estimate from all its light paths.
             let quantum = 1.0 / (f64::from(self.params.inverse_quantum) * f64::from(self.params.light_paths));
@@ -277,7 +281,7 @@ impl GpuIntegrator {
             guide.learn(&self.gpu, light_paths)?;
             guide.see((self.params.image_width, self.params.image_height), tile, &sums, channels, passes.count);
         }
-        Ok(TileSums { sums, stats })
+        Ok(TileSums { sums, by_camera, stats })
     }
 
     fn pixels(&self) -> f64 {
@@ -288,15 +292,63 @@ impl GpuIntegrator {
         tiles(&self.gpu, &self.plan, self.params.image_width, self.params.image_height)
     }
 
-    /// Learns where light paths are of use from a few passes that the film never sees: what they find before that is mostly noise.
+    /// Learns where light paths are of use, and how many are best, from a few passes that the film never sees: what they find before that is mostly noise.
     fn probe(&mut self) -> Result<()> {
-        let rounds = (PROBE_SAMPLES / self.pixels()).clamp(2.0, 8.0) as u32;
+        if self.guide.is_none() {
+            return Ok(());
+        }
+        let rounds = (PROBE_SAMPLES / self.pixels()).clamp(4.0, 12.0) as u32;
+        let mut last: Vec<f32> = Vec::new();
+        let mut sum = Probe { camera_variance: 0.0, light_variance: 0.0, camera_rays: 0.0, light_rays: 0.0 };
         for round in 0..rounds {
+            let mut picture = vec![0.0; self.pixels() as usize];
+            let (mut squares, mut stats) = (0.0, BatchStats::default());
             for tile in self.tiles() {
-                self.trace(tile, Passes { batch: u32::MAX - round, number: u64::from(round), count: 1 })?;
+                let traced = self.trace(tile, Passes { batch: u32::MAX - round, number: u64::from(round), count: 1 })?;
+                for (i, radiance) in traced.by_camera.iter().enumerate() {
+                    let (x, y) = (tile.x + i as u32 % tile.width, tile.y + i as u32 / tile.width);
+                    picture[(y * self.params.image_width + x) as usize] = *radiance;
+                }
+                squares += self.guide.as_ref().map_or(0.0, |g| g.squares);
+                stats += traced.stats;
             }
+            // The tree is of some use from the second half on.
+            if 2 * round >= rounds
+                && let Some(guide) = &self.guide
+            {
+                sum.camera_variance += guide.relative_variance(self.params.image_width, &picture, &last);
+                sum.light_variance += squares;
+                sum.camera_rays += stats.camera_rays as f64 / self.pixels();
+                sum.light_rays += (stats.rays - stats.camera_rays) as f64 / f64::from(self.params.light_paths);
+            }
+            last = picture;
+        }
+        let n = f64::from(rounds.div_ceil(2)).floor().max(1.0);
+        let probe = Probe {
+            camera_variance: sum.camera_variance / n,
+            light_variance: sum.light_variance / n,
+            camera_rays: sum.camera_rays / n,
+            light_rays: sum.light_rays / n,
+        };
+        if self.budget.is_none() {
+            self.set_budget(Budget::from_probe(probe, self.plan.has("GATHERED")));
         }
         Ok(())
+    }
+
+    fn set_budget(&mut self, budget: Budget) {
+        self.params.light_paths = (self.pixels() * budget.light_paths).round().max(1.0) as u32;
+        self.budget = Some(budget);
+    }
+
+    /// Has so many light paths go with each camera path, instead of what a probe finds best.
+    pub fn set_light_paths(&mut self, for_each_camera_path: f64) {
+        self.set_budget(Budget { light_paths: for_each_camera_path, probe: None });
+    }
+
+    /// How the work is split, once it is known.
+    pub fn budget(&self) -> Option<Budget> {
+        self.budget
     }
 }
 
@@ -313,6 +365,8 @@ struct Passes {
 /// What passes over a tile came to: `[pixel][bins + 3]` sums over them.
 struct TileSums {
     sums: Vec<f32>,
+    /// Radiance of each pixel (sum over the bins) by camera paths alone, `[pixel]` sums over the passes.
+    by_camera: Vec<f32>,
     stats: BatchStats,
 }
 
@@ -381,6 +435,13 @@ impl Integrator for GpuIntegrator {
 }
 
 impl Renderer for GpuIntegrator {
+    fn describe(&self) -> String {
+        match self.budget {
+            Some(budget) => format!("{}  budget: {budget}\n", self.plan),
+            None => self.plan.to_string(),
+        }
+    }
+
     fn first_hits(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<FirstHits> {
         let (gpu, plan) = (&self.gpu, &self.plan);
         let constants = plan.constants() + &self.scene.constants;

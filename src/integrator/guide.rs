@@ -59,6 +59,8 @@ pub(super) struct Guide {
     /// Share of the paths that were of use, and of those that report it.
     useful: f64,
     reporting: f64,
+    /// Squares of what the last paths added to the picture, relative to its brightness there: their sum over that of a pass of one path per pixel.
+    pub squares: f64,
     /// Axes that the scene's lights use.
     axes: [bool; AXES],
     /// Sums over the pixels of each block of their radiance (sum over bins), and samples.
@@ -89,6 +91,7 @@ impl Guide {
             grown_from: LEAST_REPORTS / 2,
             useful: 1.0,
             reporting: 1.0,
+            squares: 0.0,
             axes,
             brightness: vec![(0.0, 0.0); BLOCKS * BLOCKS],
             uses: gpu.empty_storage("uses of light paths", (1 + 2 * ROOM as u64) * 16)?,
@@ -105,12 +108,18 @@ impl Guide {
     pub fn learn(&mut self, gpu: &Gpu, paths: f64) -> Result<()> {
         let count = gpu.read::<u32>(&self.uses, 4)?[0] as usize;
         self.useful = ((count as f64 + 1.0) / (self.reporting * paths)).min(1.0);
-        if count > ROOM || count == 0 || self.grown_from >= MOST_REPORTS / 2 {
+        self.squares = 0.0;
+        if count > ROOM || count == 0 {
             return Ok(());
         }
         let mut records: Vec<[Vec4; 2]> =
             gpu.read(&self.uses, (1 + 2 * count as u64) * 16)?[1..].chunks_exact(2).map(|r| [r[0], r[1]]).collect();
         records.sort_by_key(|r| (r[1].w.to_bits(), r[0].x.to_bits()));
+        self.squares =
+            records.iter().map(|[_, b]| f64::from(b.y) / (f64::from(b.z).powi(2) * self.reporting)).sum::<f64>() / paths;
+        if self.grown_from >= MOST_REPORTS / 2 {
+            return Ok(());
+        }
         self.reports.extend(
             records.iter().map(|[a, b]| Report {
                 at: [a.x, a.y, a.z, a.w, b.x],
@@ -173,18 +182,28 @@ impl Guide {
         }
         let middle = |axis: usize| of.low[axis] + 0.5f32.powi(of.halvings[axis] as i32 + 1);
         let total: f64 = of.reports.iter().map(|r| r.weight).sum();
-        let mut upper = [0.0; AXES];
+        // Shares of the box's 2^AXES corners.
+        let mut corners = [0.0; 1 << AXES];
         for r in of.reports.iter() {
-            for (axis, upper) in upper.iter_mut().enumerate() {
-                *upper += if r.at[axis] >= middle(axis) { r.weight / total } else { 0.0 };
-            }
+            let corner: usize = (0..AXES).map(|axis| usize::from(r.at[axis] >= middle(axis)) << axis).sum();
+            corners[corner] += r.weight / total;
         }
-        // What is left of the deviation when the halves are told apart; the longest side where no axis tells much.
-        let remains = |axis: usize| (upper[axis].min(1.0).sqrt() + (1.0 - upper[axis]).max(0.0).sqrt()) * 0.5f64.sqrt();
-        let used = || (0..AXES).filter(|&axis| self.axes[axis] && of.halvings[axis] < MOST_HALVINGS);
-        let Some(longest) = used().min_by_key(|&axis| of.halvings[axis]) else { return };
-        let best = used().min_by(|&a, &b| remains(a).total_cmp(&remains(b))).filter(|&axis| remains(axis) < WORTHWHILE);
-        let axis = best.unwrap_or(longest);
+        // What is left of the deviation when the halves along these axes are told apart.
+        let remains = |a: usize, b: usize| {
+            let mut parts = [0.0; 4];
+            corners.iter().enumerate().for_each(|(i, share)| parts[(i >> a & 1) << 1 | (i >> b & 1)] += share);
+            0.5 * parts.iter().map(|p: &f64| p.sqrt()).sum::<f64>() * if a == b { 2f64.sqrt() } else { 1.0 }
+        };
+        let used: Vec<usize> = (0..AXES).filter(|&axis| self.axes[axis] && of.halvings[axis] < MOST_HALVINGS).collect();
+        let Some(&longest) = used.iter().min_by_key(|&&axis| of.halvings[axis]) else { return };
+        // Pairs, since rays through a slit are a diagonal of which no axis tells anything by itself. Where no pair does, the longest side.
+        let pairs = used.iter().flat_map(|&a| used.iter().map(move |&b| (a, b))).filter(|(a, b)| a <= b);
+        let best =
+            pairs.min_by(|x, y| remains(x.0, x.1).total_cmp(&remains(y.0, y.1))).filter(|&(a, b)| remains(a, b) < WORTHWHILE);
+        let axis = best.map_or(longest, |(a, b)| {
+            let told = |axis: usize| (remains(axis, axis) * 100.0).round() as u32;
+            if (told(a), of.halvings[a]) <= (told(b), of.halvings[b]) { a } else { b }
+        });
         let at = middle(axis);
         of.reports.sort_by(|a, b| (a.at[axis] >= at).cmp(&(b.at[axis] >= at)));
         let first_upper = of.reports.partition_point(|r| r.at[axis] < at);
@@ -205,15 +224,29 @@ impl Guide {
         }
     }
 
-    /// For the shaders: brightness block by block, as the use of a radiance of 1 in a pass of one path for each of `pixels`, then the nodes.
-    pub fn table(&self, pixels: f64) -> Vec<UVec4> {
+    /// Brightness that the error of a pixel is relative to, block by block: the same in the dark as the film's measure of error.
+    fn brightness(&self) -> impl Iterator<Item = f64> {
         let seen = self.brightness.iter().map(|b| b.1).sum::<f64>();
         let mean = self.brightness.iter().map(|b| b.0).sum::<f64>() / seen.max(1.0);
-        // The same in the dark as the film's measure of error. Before anything was seen all blocks are alike.
-        let uses = self.brightness.iter().map(|(sum, samples)| {
-            let radiance = sum / samples.max(1.0);
-            if mean > 0.0 { 1.0 / (pixels * (radiance * radiance + 0.01 * mean * mean).sqrt()) } else { 1.0 }
+        self.brightness.iter().map(move |(sum, samples)| (sum / samples.max(1.0)).hypot(0.1 * mean))
+    }
+
+    /// Half the mean square of the difference of two pictures (sums over the bins of each pixel), relative to brightness: the variance of one.
+    pub fn relative_variance(&self, width: u32, a: &[f32], b: &[f32]) -> f64 {
+        let brightness: Vec<f64> = self.brightness().collect();
+        let block = |at: usize, size: usize| at * BLOCKS / size;
+        let (width, height) = (width as usize, a.len() / width as usize);
+        let squares = a.iter().zip(b).enumerate().map(|(i, (a, b))| {
+            let around = brightness[block(i / width, height) * BLOCKS + block(i % width, width)];
+            if around > 0.0 { (f64::from(a - b) / around).powi(2) } else { 0.0 }
         });
+        0.5 * squares.sum::<f64>() / a.len() as f64
+    }
+
+    /// For the shaders: brightness block by block, as the use of a radiance of 1 in a pass of one path for each of `pixels`, then the nodes.
+    pub fn table(&self, pixels: f64) -> Vec<UVec4> {
+        // Before anything was seen all blocks are alike.
+        let uses = self.brightness().map(|b| if b > 0.0 { 1.0 / (pixels * b) } else { 1.0 });
         let mut table: Vec<UVec4> = uses.map(|u| UVec4::new((u as f32).to_bits(), 0, 0, 0)).collect();
         table.extend(self.nodes.iter().map(|node| {
             let lower = if node.axis < AXES { self.nodes[node.first].share / node.share } else { 1.0 };
@@ -222,5 +255,70 @@ impl Guide {
         // Always of one size: software drivers compile kernels anew for textures of another shape.
         table.resize(ROOT + NODES, UVec4::ZERO);
         table
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Reports of a thin diagonal: the point on the light and the direction depend on each other, neither tells anything by itself.
+    fn grown() -> (Guide, impl Fn([f32; AXES]) -> bool) {
+        let is_useful = |at: [f32; AXES]| (at[0] - at[2]).abs() < 0.02;
+        let gpu = Gpu::open(None).expect("an adapter");
+        let mut guide = Guide::new(&gpu, [true, true, true, true, false]).expect("room");
+        let number = |i: u32, base: u32| {
+            let (mut sum, mut digit, mut rest) = (0.0, 1.0 / base as f32, i);
+            while rest > 0 {
+                sum += (rest % base) as f32 * digit;
+                digit /= base as f32;
+                rest /= base;
+            }
+            sum
+        };
+        let points = (1..200_000).map(|i| [number(i, 2), number(i, 3), number(i, 5), number(i, 7), 0.5]);
+        guide.reports = points.filter(|at| is_useful(*at)).map(|at| Report { at, weight: 1.0 }).collect();
+        guide.grow();
+        (guide, is_useful)
+    }
+
+    /// Share of all paths and volume of the leaf that holds `at`.
+    fn leaf(guide: &Guide, at: [f32; AXES]) -> (f64, f64) {
+        let (mut node, mut low, mut size) = (0, [0.0f32; AXES], [1.0f32; AXES]);
+        while guide.nodes[node].axis < AXES {
+            let Node { axis, first, .. } = guide.nodes[node];
+            size[axis] *= 0.5;
+            let goes_up = at[axis] >= low[axis] + size[axis];
+            low[axis] += if goes_up { size[axis] } else { 0.0 };
+            node = first + usize::from(goes_up);
+        }
+        (guide.nodes[node].share, size.iter().map(|&s| f64::from(s)).product())
+    }
+
+    #[test]
+    fn paths_go_where_they_are_of_use_though_no_axis_tells_by_itself() {
+        let (guide, is_useful) = grown();
+        let leaves = guide.nodes.iter().filter(|n| n.axis == AXES);
+        assert!((leaves.map(|n| n.share).sum::<f64>() - 1.0).abs() < 1e-9, "shares add up to one");
+        assert!((guide.nodes[0].share - 1.0).abs() < 1e-9);
+        let density = |at| {
+            let (share, volume) = leaf(&guide, at);
+            share / volume
+        };
+        for t in [0.1, 0.3, 0.52, 0.77, 0.93] {
+            let on = [t, 0.4, t, 0.6, 0.5];
+            let off = [t, 0.4, (t + 0.37) % 1.0, 0.6, 0.5];
+            assert!(is_useful(on) && !is_useful(off));
+            // The diagonal takes 4 % of the volume.
+            assert!(density(on) > 8.0, "{t}: {}", density(on));
+            assert!((0.99 * DEFENSIVE..0.5).contains(&density(off)), "{t}: {}", density(off));
+        }
+    }
+
+    #[test]
+    fn the_table_has_room_for_every_tree() {
+        let (guide, _) = grown();
+        assert!(guide.nodes.len() > 1000 && guide.nodes.len() <= NODES, "{}", guide.nodes.len());
+        assert_eq!(guide.table(100.0).len(), ROOT + NODES);
     }
 }

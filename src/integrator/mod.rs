@@ -1,5 +1,6 @@
 //! From a scene to radiance on the film: the plan, the wavelengths of each pass, and the passes.
 
+mod budget;
 mod first_hits;
 mod gather;
 mod gpu_integrator;
@@ -7,6 +8,7 @@ mod guide;
 mod plan;
 mod wavelengths;
 
+pub use budget::{Budget, Probe};
 pub use gpu_integrator::GpuIntegrator;
 pub use plan::{Features, Plan, Techniques};
 pub use wavelengths::{Stratum, Wavelengths};

@@ -134,6 +134,14 @@ impl Integrator for ReferenceIntegrator {
 }
 
 impl Renderer for ReferenceIntegrator {
+    fn describe(&self) -> String {
+        let from = match self.estimator {
+            Estimator::Backward => "the sensor",
+            Estimator::Forward => "the lights",
+        };
+        format!("reference: paths from {from}, nothing compiled")
+    }
+
     fn first_hits(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<FirstHits> {
         Ok(self.stage.first_hits(albedos, index, samples))
     }

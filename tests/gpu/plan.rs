@@ -217,8 +217,8 @@ fn there_is_no_term_or_buffer_for_what_a_scene_does_not_contain() {
         (json!({"lights": [{"image": {"file": "sky.png"}}]}), &["light/environment.wgsl"], &["environment"]),
         (
             ball(json!({"conductor": {"metal": "Al"}})),
-            &["light/emit.wgsl", "light/aim.wgsl", "sensor/connect.wgsl", "integrator/visible_points.wgsl"],
-            &["splats", "points", "heads"],
+            &["light/emit.wgsl", "light/aim.wgsl", "light/guide.wgsl", "sensor/connect.wgsl", "integrator/visible_points.wgsl"],
+            &["splats", "points", "heads", "guide", "uses"],
         ),
         (json!({"film": {"bins": 40}}), &[], &["lane_bins"]),
         (json!({"shapes": [{"mesh": {"file": "square.obj", "smooth": true}, "material": "wall"}]}), &[], &["normals"]),
