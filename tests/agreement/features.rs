@@ -264,7 +264,7 @@ agree! {
     sun_of_no_size, 96, 1.0, parallel_sun();
     skies, 96, 1.0, sky();
     lamps_of_all_shapes, 96, 1.0, lamps();
-    thin_lens_and_tent, 96, 1.0, lens();
+    thin_lens_and_tent, 256, 1.0, lens();
     orthographic_and_gaussian, 160, 1.0, orthographic_view();
     irradiance_on_a_plane, 96, 1.0, irradiance_plane();
     irradiance_on_a_sphere, 96, 1.0, irradiance_sphere();

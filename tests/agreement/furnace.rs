@@ -113,9 +113,9 @@ fn glass_that_hardly_disperses_is_as_glass_that_does_not() {
         shape(&mut s, m, sphere(dvec3(0.0, 0.65, 0.2), 0.55));
         gpu(&s, seed, spp).figures()
     };
-    let one = room_with(vec![1.6], 4, 128);
+    let one = room_with(vec![1.6], 4, 320);
     for (b, seed) in [(1e-6, 5), (1e-12, 6)] {
-        agree(&format!("B = {b:e} um^2"), &pairs(&room_with(vec![1.6, b], seed, 384), &one, 1.0), 1.0);
+        agree(&format!("B = {b:e} um^2"), &pairs(&room_with(vec![1.6, b], seed, 896), &one, 1.0), 1.0);
     }
 }
 
