@@ -28,6 +28,18 @@ fn rough_glass(alpha: f64) -> Scene {
     ball(4, |s| glass(s, Interior { ior: flint(), sigma_a: ramp(0.0, 0.5), ..solid("flint", 1.0, 1) }, alpha))
 }
 
+/// A floor seen through a pane that all light to it passes too, under a lamp that is nowhere to be seen: without chance hits only gathering finds anything.
+fn floor_under_glass() -> Scene {
+    let mut s = scene(16, 16, 4, pinhole(dvec3(0.0, 2.2, 0.0), DVec3::ZERO, 0.15));
+    s.max_depth = 16;
+    s.materials[0] = Material::Diffuse { reflectance: ramp(0.8, 0.4) };
+    shape(&mut s, 0, disc(DVec3::ZERO, DVec3::Y, 3.0));
+    let pane = glass(&mut s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0);
+    shape(&mut s, pane, cuboid(dvec3(-4.0, 0.25, -4.0), dvec3(4.0, 0.4, 4.0)));
+    lamp(&mut s, disc(dvec3(1.2, 1.6, 0.0), dvec3(-0.6, -0.8, 0.0), 0.4), ramp(1.0, 2.0));
+    s
+}
+
 fn metal(alpha: f64) -> Scene {
     ball(4, |s| material(s, Material::Conductor { eta: ramp(0.3, 1.2), k: ramp(2.0, 4.0), alpha }))
 }
@@ -248,6 +260,7 @@ agree! {
     smooth_glass, 160, 1.0, bins(4);
     rough_glass_little, 160, 1.0, rough_glass(0.1);
     rough_glass_much, 160, 1.0, rough_glass(0.3);
+    floor_seen_through_glass, 320, 6.0, floor_under_glass();
     smooth_metal, 96, 1.0, metal(0.0);
     rough_metal, 96, 1.0, metal(0.3);
     metals_in_water, 160, 1.0, metal_in_water();
