@@ -16,11 +16,6 @@ fn draw_event() {
 fn next_segment(o: vec3f, d: vec3f, from_primitive: u32, vertex: vec3f, pdf: f32) -> Ray {
     path.pdf = pdf;
     path.last_vertex = vertex;
-#if CAUSTICS
-#if CAMERA_PATHS
-    path.bends = path.bends || pdf < 0.0;
-#endif
-#endif
     return Ray(o, INFINITE, d, from_primitive, NONE, false);
 }
 
@@ -38,7 +33,7 @@ fn survives_roulette() -> bool {
     return event_choice.y < p;
 }
 
-// Counts an event at `p`; false if the path ends here, because it is too long, or because only the other pass finds what could follow.
+// Counts an event at `p`; false if the path ends here, because it is too long.
 fn count_event(p: vec3f, bends: bool) -> bool {
     if (path.depth >= params.max_depth) {
         atomicAdd(&counters[COUNTER_TRUNCATED], 1u);
@@ -47,16 +42,11 @@ fn count_event(p: vec3f, bends: bool) -> bool {
     path.depth += 1u;
 #if CAUSTICS
     path.length += distance(p, path.last_vertex);
-#if LIGHT_PATHS
-    path.is_offered = path.is_offered || (path.depth == 1u && bends);
-    return path.is_offered;
-#else
+#if CAMERA_PATHS
     path.view = select(path.view, VIEW_BENT, bends && path.view == VIEW_DIRECT);
-    return true;
 #endif
-#else
-    return true;
 #endif
+    return true;
 }
 
 // What shading normals do to flux: Veach's correction for the adjoint (1997, eq. 5.19), for a particle along `d` that goes on along `w`.
@@ -133,12 +123,7 @@ fn scatter_in_medium(ray: Ray, t: f32, m: Interior) -> Ray {
     leaving_contact = NONE;
 #endif
     let p = ray.o + t * ray.d;
-#if LIGHT_PATHS
-    let bends = path.is_directed;
-#else
-    let bends = false;
-#endif
-    if (!count_event(p, bends)) {
+    if (!count_event(p, false)) {
         return end_path(ray);
     }
     var extinction = 0.0;

@@ -115,7 +115,9 @@ fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, sides: Sides) -> Ray
     let cos_t2 = cos_transmitted_squared(cos_i, vec4f(eta)).x;
     let d = normalize(ray.d / eta + (cos_i / eta - sqrt(max(cos_t2, 0.0))) * ns);
     inside = beyond;
-    scale_beta(refracted_radiance(vec4f(eta)).x * adjoint_correction(ray.d, d, n, ns));
+    let refracted = refracted_radiance(vec4f(eta)).x;
+    path.start *= refracted; // undone where the path leaves the glass again: roulette must not see it
+    scale_beta(refracted * adjoint_correction(ray.d, d, n, ns));
     let survives = cos_t2 > 0.0 && dot(d, n) < 0.0 && survives_roulette();
     return continue_or_end(next_segment(leave(s, d), d, s.primitive, s.p, -1.0), survives);
 #else
@@ -166,6 +168,7 @@ fn scatter_rough_dielectric(
     }
     let d = normalize(frame * wi);
     inside = select(beyond, here, wi.z > 0.0);
+    path.start *= select(refracted_radiance(vec4f(eta)).x, 1.0, wi.z > 0.0);
     scale_beta(adjoint_correction(ray.d, d, n, ns));
     let survives = dot(n, d) * wi.z > 0.0 && survives_roulette();
     let v = rough_vertex(s, m, wo, wi, eta);

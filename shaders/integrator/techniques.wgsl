@@ -9,8 +9,7 @@
 //   N g c/p(ym) A         for a light path gathered at ym: A the kernel's area (in fog its volume times the extinction there).
 // The vertices between do not appear: pdf times cosine of the one end is the same for both directions of travel at diffuse surfaces and in fog, cancels
 // where the surface is smooth, and nearly so where it is rough; what is left there is left out alike by all passes, which is allowed since any weights
-// that add up to one are. Light paths are offered only what the others find badly: paths whose x1 bends light (smooth or rough metal and glass), and
-// in fog those of lights of one direction. They are gathered only at the first vertex of a camera path that is diffuse or in fog, and
+// that add up to one are. Light paths are gathered only at the first vertex of a camera path that is diffuse or in fog, and
 // only if something has bent the path before.
 
 // A vertex at which a path scatters: to a connection, or to its next vertex.
@@ -72,7 +71,6 @@ fn joins_at(v: Vertex) -> f32 {
 fn leave_vertex(v: Vertex) {
 #if CAUSTICS
     path.joins = joins_at(v);
-    path.bends = v.bends;
     path.view = select(VIEW_SCATTERED, path.view, v.bends);
 #endif
 }
@@ -85,7 +83,7 @@ fn chance_share(light_pdf: f32, emission: f32) -> f32 {
     others += select(safe_ratio(light_pdf, path.pdf), 0.0, path.pdf < 0.0);
 #endif
 #if CAUSTICS
-    others += select(0.0, path.joins * emission, path.bends);
+    others += path.joins * emission;
 #endif
     return 1.0 / (1.0 + others);
 #else
@@ -101,19 +99,17 @@ fn connection_weight(light: LightSample, v: Vertex) -> f32 {
     others += light.chance;
 #endif
 #if CAUSTICS
-    if (v.bends || (v.extinction > 0.0 && light.is_directed)) {
-        others += joins_at(v) * emission_density_of_sample(light, v.p);
-    }
+    others += joins_at(v) * emission_density_of_sample(light, v.p);
 #endif
     return light.weight * light.density / (light.density + v.pdf * others);
 }
 #endif
 #else
-// Density of finding the path from the camera alone.
-fn camera_density_at(v: Vertex) -> f32 {
+// Density of finding the path from the camera alone, where `v` is the vertex of this number.
+fn camera_density_at(v: Vertex, number: u32) -> f32 {
     var others = path.chance;
 #if LIGHT_SAMPLES
-    if (path.depth == 1u) {
+    if (number == 1u) {
         others += safe_ratio(light_density_at(v.p), v.reverse);
     }
 #endif
@@ -121,7 +117,7 @@ fn camera_density_at(v: Vertex) -> f32 {
 }
 
 fn leave_vertex(v: Vertex) {
-    path.chance = camera_density_at(v);
+    path.chance = camera_density_at(v, path.depth);
 #if GATHERED
     if (is_gathering(v)) {
         path.gathers = safe_ratio(v.cos_from, v.reverse);
@@ -135,7 +131,7 @@ fn leave_vertex(v: Vertex) {
 // Share of the joint of `v` with the sensor, times its weight; its density is that of camera paths at `v`, over the cosine.
 fn connection_weight(sensor: LightSample, v: Vertex) -> f32 {
     let joined = path.emission * safe_ratio(v.cos_from, v.reverse * v.cos_to * sensor.density);
-    var others = camera_density_at(v);
+    var others = camera_density_at(v, path.depth);
 #if GATHERED
     if (v.bends && path.gathers > 0.0) {
         var gathering = v;

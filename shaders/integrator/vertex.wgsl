@@ -13,11 +13,8 @@ struct Path {
     length: f32, // way so far; of a light path, from the last vertex at which it could be gathered
 #if CAMERA_PATHS
     joins: f32, // density of light paths for this one, over that of emission (techniques.wgsl)
-    bends: bool, // the last event was at metal or glass
     view: u32, // VIEW_*: what lies between the sensor and the path's end
 #else
-    is_offered: bool, // light paths may find what follows
-    is_directed: bool, // from a spot or a beam
     emission: f32, // number of light paths times the density of emission
     chance: f32, // density of camera paths that hit or sample the light
     gathers: f32, // cosine over pdf for a camera path at the last vertex at which this one could be gathered, or 0
@@ -81,7 +78,7 @@ fn add_emission(ray: Ray, s: Surface) {
     if (emits_towards(light, cos_theta)) {
         var emission = 0.0;
 #if CAUSTICS
-        if (path.bends) {
+        if (path.joins > 0.0) {
             emission = emission_density(light, s.p, -ray.d, cos_theta, NONE);
         }
 #endif

@@ -104,7 +104,7 @@ fn gather(ray: Ray, v: Vertex, n: vec3f, ns: vec3f) {
         }
         let measure = gather_measure(camera, radius);
         let gathered = path.emission * safe_ratio(measure * camera.cos_from, camera.reverse);
-        let others = camera_density_at(camera) + path.emission * pixel_about.w;
+        let others = camera_density_at(camera, path.depth) + path.emission * pixel_about.w;
         let kernel = select(measure, measure / v.extinction, in_fog);
         let w = factor / (kernel * (1.0 + safe_ratio(others, gathered)));
         for (var k = 0u; k < LANES4; k++) {

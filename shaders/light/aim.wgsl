@@ -1,8 +1,11 @@
-// Where light paths are sent, and how densely. Only paths that meet something that bends light are wanted, so light is sent to the spheres around those
-// (`targets`): one is chosen by the solid angle (or cross-section) that it shows, and since spheres overlap, the density of a ray is the number of
-// spheres it meets over the sum of all.
+// Where light paths are sent, and how densely. Half of them are aimed at what bends light (if it fills less than what the light fills by itself): at the
+// spheres around it (`targets`), of which one is chosen by the solid angle (or cross-section) that it shows, and since spheres overlap, the density of a
+// ray is the number of spheres it meets over the sum of all. The others go wherever the light shines.
 #if LIGHT_POINT || LIGHT_AREA || LIGHT_ENVIRONMENT
 @group(0) @binding(15) var targets: Table; // centre, radius
+
+// Share of the light paths that are aimed.
+const AIMED = 0.5;
 
 fn target_at(i: u32) -> vec4f {
     return bitcast<vec4f>(fetch(targets, i));
@@ -59,13 +62,9 @@ fn sample_target(p: vec3f, total: f32, u: vec2f) -> vec3f {
 #endif
 
 #if LIGHT_POINT
-// True if a spot's whole cone is to be filled: it is narrower than the targets, or fog scatters all of it.
-fn fills_cone(light: Light, total: f32) -> bool {
-#if SCATTERING
-    return light.kind == LIGHT_KIND_SPOT;
-#else
-    return light.kind == LIGHT_KIND_SPOT && 2.0 * PI * (1.0 - light.p2.y) < total;
-#endif
+// Solid angle that a point or spot fills.
+fn light_solid_angle(light: Light) -> f32 {
+    return select(4.0 * PI, 2.0 * PI * (1.0 - light.p2.y), light.kind == LIGHT_KIND_SPOT);
 }
 #endif
 
@@ -75,6 +74,10 @@ const WIDE_TARGETS = PI;
 #endif
 
 #if LIGHT_ENVIRONMENT
+fn scene_cross_section() -> f32 {
+    return 0.25 * PI * params.scene_diameter * params.scene_diameter;
+}
+
 fn all_cross_sections() -> f32 {
     var total = 0.0;
     for (var i = 0u; i < TARGETS; i++) {
@@ -103,16 +106,14 @@ fn sample_target_line(d: vec3f, u: vec2f) -> vec3f {
 #endif
 
 // Density of light paths from `light` that leave `o` (any point of the ray, for a distant light) along `d`, over the cosine at the light where it has
-// a surface. Never zero where the ray meets a target; `at` is the texel of an environment picture.
+// a surface; never zero where the light shines. `at` is the texel of an environment picture.
 fn emission_density(light: Light, o: vec3f, d: vec3f, cos_theta: f32, at: u32) -> f32 {
     switch light.kind {
 #if LIGHT_POINT
         case LIGHT_KIND_POINT, LIGHT_KIND_SPOT: {
             let total = all_solid_angles(o);
-            if (fills_cone(light, total)) {
-                return light.probability / (2.0 * PI * (1.0 - light.p2.y));
-            }
-            return light.probability * max(targets_hit(o, d), 1.0) / total;
+            let wide = 1.0 / light_solid_angle(light);
+            return light.probability * select(mix(wide, targets_hit(o, d) / total, AIMED), wide, total * wide >= 1.0);
         }
 #endif
 #if LIGHT_BEAM
@@ -122,7 +123,10 @@ fn emission_density(light: Light, o: vec3f, d: vec3f, cos_theta: f32, at: u32) -
 #endif
 #if LIGHT_ENVIRONMENT
         case LIGHT_KIND_SUN, LIGHT_KIND_CONSTANT, LIGHT_KIND_IMAGE: {
-            let across = light.probability * max(targets_hit(o - params.scene_diameter * d, d), 1.0) / all_cross_sections();
+            let total = all_cross_sections();
+            let wide = 1.0 / scene_cross_section();
+            let aimed = targets_hit(o - params.scene_diameter * d, d) / total;
+            let across = light.probability * select(mix(wide, aimed, AIMED), wide, total * wide >= 1.0);
 #if ENV_IMAGE
             if (light.kind == LIGHT_KIND_IMAGE) {
                 return across * pdf_environment_image(at);
@@ -137,10 +141,9 @@ fn emission_density(light: Light, o: vec3f, d: vec3f, cos_theta: f32, at: u32) -
         default: {
 #if LIGHT_AREA
             let total = all_solid_angles(o);
-            if (total >= WIDE_TARGETS) {
-                return light.probability * INV_PI / light.area * select(1.0, 0.5, light.two_sided != 0u);
-            }
-            return light.probability * max(targets_hit(o, d), 1.0) / (total * light.area * max(abs(cos_theta), 1e-10));
+            let wide = INV_PI * select(1.0, 0.5, light.two_sided != 0u);
+            let aimed = targets_hit(o, d) / (total * max(abs(cos_theta), 1e-10));
+            return light.probability / light.area * select(mix(wide, aimed, AIMED), wide, total >= WIDE_TARGETS);
 #else
             return 0.0;
 #endif

@@ -1,15 +1,25 @@
 // Light paths begin: a light by its power, a point and a direction on it. beta becomes flux per probability, W nm^-1.
 
+#if LIGHT_POINT || LIGHT_AREA || LIGHT_ENVIRONMENT
+// True for AIMED of the numbers, what is left of which is spread evenly again.
+fn is_aimed(u: ptr<function, vec2f>) -> bool {
+    let x = (*u).x;
+    let aimed = x < AIMED;
+    (*u).x = min(select((x - AIMED) / (1.0 - AIMED), x / AIMED, aimed), 0x1.fffffep-1);
+    return aimed;
+}
+#endif
+
 fn emit() -> Ray {
 #if GUIDED
     let guided = guided_numbers();
-    let u = guided.at.xy;
-    let v = guided.at.zw;
+    var u = guided.at.xy;
+    var v = guided.at.zw;
     let index = choose_light(guided.light);
 #else
     let index = choose_light(next_1d());
-    let u = next_2d();
-    let v = next_2d();
+    var u = next_2d();
+    var v = next_2d();
 #endif
     let light = light_at(index);
     var ray = Ray(light.p0.xyz, INFINITE, light.p1.xyz, NONE, NONE, false);
@@ -21,10 +31,11 @@ fn emit() -> Ray {
 #if LIGHT_POINT
         case LIGHT_KIND_POINT, LIGHT_KIND_SPOT: {
             let total = all_solid_angles(ray.o);
-            if (fills_cone(light, total)) {
-                ray.d = normalize(frame_around(n) * sample_cone(v, 1.0 - light.p2.y));
-            } else {
+            let wide = light_solid_angle(light);
+            if (total < wide && is_aimed(&v)) {
                 ray.d = sample_target(ray.o, total, v);
+            } else {
+                ray.d = normalize(frame_around(n) * sample_cone(v, wide / (2.0 * PI)));
             }
             if (light.kind == LIGHT_KIND_SPOT) {
                 weight = smoothstep(light.p2.y, light.p2.x, dot(ray.d, n));
@@ -57,7 +68,13 @@ fn emit() -> Ray {
                 at = s.texel;
 #endif
             }
-            ray.o = sample_target_line(ray.d, u);
+            if (all_cross_sections() < scene_cross_section() && is_aimed(&u)) {
+                ray.o = sample_target_line(ray.d, u);
+            } else {
+                let c = 0.5 * params.scene_diameter * sample_disc(u);
+                let f = frame_around(ray.d);
+                ray.o = c.x * f[0] + c.y * f[1] - params.scene_diameter * ray.d;
+            }
         }
 #endif
         default: {
@@ -67,12 +84,12 @@ fn emit() -> Ray {
             n = point.n;
             ray.o = point.p;
             let total = all_solid_angles(ray.o);
-            if (total >= WIDE_TARGETS) {
+            if (total < WIDE_TARGETS && is_aimed(&v)) {
+                ray.d = sample_target(ray.o, total, v);
+            } else {
                 let back = light.two_sided != 0u && v.x < 0.5;
                 let x = select(v.x, fract(2.0 * v.x), light.two_sided != 0u);
                 ray.d = normalize(frame_around(select(n, -n, back)) * sample_cosine(vec2f(x, v.y)));
-            } else {
-                ray.d = sample_target(ray.o, total, v);
             }
             if (!emits_towards(light, dot(n, ray.d))) {
                 weight = 0.0;
@@ -111,7 +128,6 @@ fn emit() -> Ray {
     path.chance = chance;
 #endif
     path.emission = f32(params.light_paths) * density;
-    path.is_directed = light.kind == LIGHT_KIND_SPOT || light.kind == LIGHT_KIND_BEAM;
     path.light = index;
     path.light_normal = n;
     path.light_texel = at;

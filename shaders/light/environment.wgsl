@@ -82,7 +82,7 @@ fn sample_environment_image(light: Light, u: vec2f) -> LightSample {
 // Density of the light paths that come in along a ray escaping towards `d`.
 fn distant_emission(light: Light, d: vec3f, at: u32) -> f32 {
 #if CAUSTICS
-    if (path.bends) {
+    if (path.joins > 0.0) {
         return emission_density(light, path.last_vertex, -d, 1.0, at);
     }
 #endif

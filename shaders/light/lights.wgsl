@@ -9,7 +9,6 @@ struct LightSample {
     row: u32,
 #if CAUSTICS
     index: u32,
-    is_directed: bool, // a spot or a beam, of whose fog light paths find more
 #endif
     primitive: u32, // the emitting primitive, or NONE
 #if ENV_IMAGE
@@ -192,7 +191,6 @@ fn sample_light(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     var s = sample_light_of(light, p, u);
 #if CAUSTICS
     s.index = index;
-    s.is_directed = light.kind == LIGHT_KIND_SPOT || light.kind == LIGHT_KIND_BEAM;
 #endif
     return s;
 }

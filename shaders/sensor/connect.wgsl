@@ -151,19 +151,16 @@ fn connect_to_sensor(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
 #if CROSSINGS
 // Records where the segment of `ray` up to `t_max` crosses the irradiance sensor from its front.
 fn record_crossing(ray: Ray, t_max: f32) {
-    if (!path.is_offered) {
-        return;
-    }
     let size = vec2f(f32(params.image_width), f32(params.image_height));
     var t = -1.0;
     var at = vec2f(0.0);
 #if SENSOR_PLANE
-    let cos_theta = dot(ray.d, params.axis_z.xyz);
-    if (cos_theta >= 0.0) {
+    let cos_theta = -dot(ray.d, params.axis_z.xyz);
+    if (cos_theta <= 0.0) {
         return;
     }
     let v = params.origin.xyz - ray.o;
-    t = dot(v, params.axis_z.xyz) / cos_theta;
+    t = -dot(v, params.axis_z.xyz) / cos_theta;
     let q = t * ray.d - v;
     at = vec2f(dot(q, params.dual_u.xyz), 1.0 - dot(q, params.dual_v.xyz));
 #else
@@ -179,13 +176,16 @@ fn record_crossing(ray: Ray, t_max: f32) {
     let n = (v + t * ray.d) / r;
     var phi = atan2(-n.z, n.x) / (2.0 * PI);
     at = vec2f(select(phi, phi + 1.0, phi < 0.0), 0.5 - 0.5 * n.y);
+    let cos_theta = -dot(n, ray.d);
 #endif
     if (t <= 0.0 || t >= t_max || any(at < vec2f(0.0)) || any(at >= vec2f(1.0))) {
         return;
     }
     // The sensor is like a diffuse surface, at which camera paths begin evenly over a pixel.
     let per_pixel = size.x * size.y / sensor_area();
-    let share = 1.0 / (1.0 + safe_ratio(path.chance, path.emission * PI / per_pixel));
+    let reverse = cos_theta * INV_PI;
+    let others = camera_density_at(Vertex(ray.o + t * ray.d, cos_theta, 1.0, 1.0, reverse, false, 0.0), path.depth + 1u);
+    let share = 1.0 / (1.0 + safe_ratio(others, path.emission * PI / per_pixel));
     for (var k = 0u; k < LANES4; k++) {
         pending[k] = share * per_pixel * beta[k];
     }

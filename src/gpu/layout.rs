@@ -92,7 +92,7 @@ shared_constants! {
     LIGHT_KIND_DISC = 2;
     /// `p0`: base; `p1`: axis; `p2`: radius, length.
     LIGHT_KIND_CYLINDER = 3;
-    /// `p0`: position.
+    /// `p0`: position; `p1`: any axis.
     LIGHT_KIND_POINT = 4;
     /// `p0`: position; `p1`: axis; `p2`: cosines of inner and outer angle.
     LIGHT_KIND_SPOT = 5;

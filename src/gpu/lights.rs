@@ -91,7 +91,13 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, bounds: Bounds, origin: DVec
         let none = Light { primitive: NO_INDEX, inside, ..Default::default() };
         let (record, power) = match light {
             scene::Light::Point { position, intensity } => (
-                Light { kind: layout::LIGHT_KIND_POINT, row: rows.spectrum(intensity), p0: at(*position), ..none },
+                Light {
+                    kind: layout::LIGHT_KIND_POINT,
+                    row: rows.spectrum(intensity),
+                    p0: at(*position),
+                    p1: vec4(DVec3::Z),
+                    ..none
+                },
                 4.0 * PI * intensity.mean(lo, hi),
             ),
             scene::Light::Spot { position, direction, intensity, cos_inner, cos_outer } => {
