@@ -1,11 +1,17 @@
 // Where light paths are sent, and how densely. Half of them are aimed at what bends light (if it fills less than what the light fills by itself): at the
 // spheres around it (`targets`), of which one is chosen by the solid angle (or cross-section) that it shows, and since spheres overlap, the density of a
-// ray is the number of spheres it meets over the sum of all. The others go wherever the light shines.
+// ray is the number of spheres it meets over the sum of all. The others go wherever else the light shines: those that meet a sphere are given up, since a
+// ray that both halves could make would be one of many to the guide in one of them, and a rare bright one in the other.
 #if LIGHT_POINT || LIGHT_AREA || LIGHT_ENVIRONMENT
 @group(0) @binding(15) var targets: Table; // centre, radius
 
 // Share of the light paths that are aimed.
 const AIMED = 0.5;
+
+// Density of a ray that meets `hits` spheres, where `wide` is that of the light by itself and `aimed` that of aiming for one sphere.
+fn density_of_halves(wide: f32, aimed: f32, hits: f32) -> f32 {
+    return select((1.0 - AIMED) * wide, AIMED * aimed * hits, hits > 0.0);
+}
 
 fn target_at(i: u32) -> vec4f {
     return bitcast<vec4f>(fetch(targets, i));
@@ -113,7 +119,7 @@ fn emission_density(light: Light, o: vec3f, d: vec3f, cos_theta: f32, at: u32) -
         case LIGHT_KIND_POINT, LIGHT_KIND_SPOT: {
             let total = all_solid_angles(o);
             let wide = 1.0 / light_solid_angle(light);
-            return light.probability * select(mix(wide, targets_hit(o, d) / total, AIMED), wide, total * wide >= 1.0);
+            return light.probability * select(density_of_halves(wide, 1.0 / total, targets_hit(o, d)), wide, total * wide >= 1.0);
         }
 #endif
 #if LIGHT_BEAM
@@ -125,8 +131,8 @@ fn emission_density(light: Light, o: vec3f, d: vec3f, cos_theta: f32, at: u32) -
         case LIGHT_KIND_SUN, LIGHT_KIND_CONSTANT, LIGHT_KIND_IMAGE: {
             let total = all_cross_sections();
             let wide = 1.0 / scene_cross_section();
-            let aimed = targets_hit(o - params.scene_diameter * d, d) / total;
-            let across = light.probability * select(mix(wide, aimed, AIMED), wide, total * wide >= 1.0);
+            let halves = density_of_halves(wide, 1.0 / total, targets_hit(o - params.scene_diameter * d, d));
+            let across = light.probability * select(halves, wide, total * wide >= 1.0);
 #if ENV_IMAGE
             if (light.kind == LIGHT_KIND_IMAGE) {
                 return across * pdf_environment_image(at);
@@ -142,8 +148,8 @@ fn emission_density(light: Light, o: vec3f, d: vec3f, cos_theta: f32, at: u32) -
 #if LIGHT_AREA
             let total = all_solid_angles(o);
             let wide = INV_PI * select(1.0, 0.5, light.two_sided != 0u);
-            let aimed = targets_hit(o, d) / (total * max(abs(cos_theta), 1e-10));
-            return light.probability / light.area * select(mix(wide, aimed, AIMED), wide, total >= WIDE_TARGETS);
+            let halves = density_of_halves(wide, 1.0 / (total * max(abs(cos_theta), 1e-10)), targets_hit(o, d));
+            return light.probability / light.area * select(halves, wide, total >= WIDE_TARGETS);
 #else
             return 0.0;
 #endif

@@ -25,6 +25,7 @@ fn emit() -> Ray {
     var ray = Ray(light.p0.xyz, INFINITE, light.p1.xyz, NONE, NONE, false);
     var n = light.p1.xyz;
     var weight = 1.0;
+    var given_up = false;
     var at = NONE;
     var chance = 0.0;
     switch light.kind {
@@ -32,11 +33,14 @@ fn emit() -> Ray {
         case LIGHT_KIND_POINT, LIGHT_KIND_SPOT: {
             let total = all_solid_angles(ray.o);
             let wide = light_solid_angle(light);
-            if (total < wide && is_aimed(&v)) {
+            let halves = total < wide;
+            let aimed = halves && is_aimed(&v);
+            if (aimed) {
                 ray.d = sample_target(ray.o, total, v);
             } else {
                 ray.d = normalize(frame_around(n) * sample_cone(v, wide / (2.0 * PI)));
             }
+            given_up = halves && aimed != (targets_hit(ray.o, ray.d) > 0.0);
             if (light.kind == LIGHT_KIND_SPOT) {
                 weight = smoothstep(light.p2.y, light.p2.x, dot(ray.d, n));
             }
@@ -68,13 +72,16 @@ fn emit() -> Ray {
                 at = s.texel;
 #endif
             }
-            if (all_cross_sections() < scene_cross_section() && is_aimed(&u)) {
+            let halves = all_cross_sections() < scene_cross_section();
+            let aimed = halves && is_aimed(&u);
+            if (aimed) {
                 ray.o = sample_target_line(ray.d, u);
             } else {
                 let c = 0.5 * params.scene_diameter * sample_disc(u);
                 let f = frame_around(ray.d);
                 ray.o = c.x * f[0] + c.y * f[1] - params.scene_diameter * ray.d;
             }
+            given_up = halves && aimed != (targets_hit(ray.o, ray.d) > 0.0);
         }
 #endif
         default: {
@@ -84,13 +91,16 @@ fn emit() -> Ray {
             n = point.n;
             ray.o = point.p;
             let total = all_solid_angles(ray.o);
-            if (total < WIDE_TARGETS && is_aimed(&v)) {
+            let halves = total < WIDE_TARGETS;
+            let aimed = halves && is_aimed(&v);
+            if (aimed) {
                 ray.d = sample_target(ray.o, total, v);
             } else {
                 let back = light.two_sided != 0u && v.x < 0.5;
                 let x = select(v.x, fract(2.0 * v.x), light.two_sided != 0u);
                 ray.d = normalize(frame_around(select(n, -n, back)) * sample_cosine(vec2f(x, v.y)));
             }
+            given_up = halves && aimed != (targets_hit(ray.o, ray.d) > 0.0);
             if (!emits_towards(light, dot(n, ray.d))) {
                 weight = 0.0;
             }
@@ -100,6 +110,7 @@ fn emit() -> Ray {
     }
     let cos_theta = dot(n, ray.d);
     let density = emission_density(light, ray.o, ray.d, cos_theta, at);
+    weight = select(weight, 0.0, given_up);
 #if GUIDED
     weight = safe_ratio(weight, density * guide_density);
 #else

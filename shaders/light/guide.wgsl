@@ -60,10 +60,10 @@ fn note_use(pixel: vec2u, radiance: f32) {
     use_of_path += of_splat * of_splat;
 }
 
-// The path has ended: a share of those that were of use is reported.
+// The path has ended. It is reported with a probability in proportion to what it adds to the integral of squared use, so that a rare bright one is not missed.
 fn report_use() {
     let name = hash2(sampler_index, params.batch);
-    if (use_of_path > 0.0 && unit_float(name) < params.guide_share) {
+    if (unit_float(name) < params.guide_share * use_of_path / guide_density) {
         let at = atomicAdd(&uses.count, 1u);
         if (at < params.guide_room) {
             uses.records[2u * at] = numbers.at;

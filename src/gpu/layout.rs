@@ -164,7 +164,7 @@ shared_records! {
         scene_diameter: f32,
         /// Camera paths longer than this are gathered with the radius of this length, m.
         gather_reach: f32,
-        /// Share of the useful light paths that report.
+        /// Probability that a light path reports, over its share in the integral of squared use.
         guide_share: f32,
         /// Room for reports.
         guide_room: u32,

@@ -103,7 +103,7 @@ impl GpuIntegrator {
         )?;
         let uniforms = gpu.uniform("params", std::mem::size_of::<Params>() as u64);
         let counters = gpu.empty_storage("counters", (COUNTERS * 4) as u64)?;
-        let guide = plan.guides(gpu_scene.lights).map(|axes| Guide::new(&gpu, axes)).transpose()?;
+        let guide = plan.guides(gpu_scene.lights).map(|[axes, aims]| Guide::new(&gpu, axes, aims)).transpose()?;
         let seed = (seed ^ (seed >> 32)) as u32;
         let (wavelengths, bins) = (Wavelengths::new(scene), scene.film.bins);
         Ok(Self {

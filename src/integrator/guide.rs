@@ -56,13 +56,16 @@ pub(super) struct Guide {
     reports: Vec<Report>,
     /// Reports that the tree was grown from.
     grown_from: usize,
-    /// Share of the paths that were of use, and of those that report it.
-    useful: f64,
+    /// Mean share of a path in the integral of squared use.
+    share: f64,
+    /// Probability of reporting over that share.
     reporting: f64,
     /// Squares of what the last paths added to the picture, relative to its brightness there: their sum over that of a pass of one path per pixel.
     pub squares: f64,
     /// Axes that the scene's lights use.
     axes: [bool; AXES],
+    /// Axes whose lower half is aimed at what bends light and whose upper half is not: what is told of the one says nothing about the other.
+    aims: [bool; AXES],
     /// Sums over the pixels of each block of their radiance (sum over bins), and samples.
     brightness: Vec<(f64, f64)>,
     /// Where the light pass reports.
@@ -84,30 +87,32 @@ impl Guide {
     ///
     /// # Errors
     /// [`crate::error::Error::Device`] if the adapter cannot hold the reports.
-    pub fn new(gpu: &Gpu, axes: [bool; AXES]) -> Result<Self> {
+    pub fn new(gpu: &Gpu, axes: [bool; AXES], aims: [bool; AXES]) -> Result<Self> {
         Ok(Self {
             nodes: vec![Node { axis: AXES, first: 0, share: 1.0 }],
             reports: Vec::new(),
             grown_from: LEAST_REPORTS / 2,
-            useful: 1.0,
+            share: 1.0,
             reporting: 1.0,
             squares: 0.0,
             axes,
+            aims,
             brightness: vec![(0.0, 0.0); BLOCKS * BLOCKS],
             uses: gpu.empty_storage("uses of light paths", (1 + 2 * ROOM as u64) * 16)?,
         })
     }
 
-    /// Share of `paths` that may report, and room for them.
+    /// Probability that one of `paths` reports, over its share in the integral of squared use, and room for reports.
     pub fn expect(&mut self, paths: f64) -> (f32, u32) {
-        self.reporting = (0.5 * ROOM as f64 / (self.useful * paths)).min(1.0);
+        self.reporting = f64::from((0.5 * ROOM as f64 / (self.share * paths)) as f32);
         (self.reporting as f32, ROOM as u32)
     }
 
     /// Takes in what `paths` light paths reported. All of it is forgotten if there was not room for it: what was left out depends on chance.
     pub fn learn(&mut self, gpu: &Gpu, paths: f64) -> Result<()> {
         let count = gpu.read::<u32>(&self.uses, 4)?[0] as usize;
-        self.useful = ((count as f64 + 1.0) / (self.reporting * paths)).min(1.0);
+        // One more, so that it is never zero.
+        self.share = (count as f64 + 1.0) / (self.reporting * paths);
         self.squares = 0.0;
         if count > ROOM || count == 0 {
             return Ok(());
@@ -115,16 +120,18 @@ impl Guide {
         let mut records: Vec<[Vec4; 2]> =
             gpu.read(&self.uses, (1 + 2 * count as u64) * 16)?[1..].chunks_exact(2).map(|r| [r[0], r[1]]).collect();
         records.sort_by_key(|r| (r[1].w.to_bits(), r[0].x.to_bits()));
-        self.squares =
-            records.iter().map(|[_, b]| f64::from(b.y) / (f64::from(b.z).powi(2) * self.reporting)).sum::<f64>() / paths;
+        // Share in the integral, over the probability of having been reported.
+        let weight = |b: &Vec4| {
+            let share = f64::from(b.y) / f64::from(b.z);
+            share / (self.reporting * share).min(1.0)
+        };
+        self.squares = records.iter().map(|[_, b]| weight(b) / f64::from(b.z)).sum::<f64>() / paths;
+        self.share = (records.iter().map(|[_, b]| weight(b)).sum::<f64>() / paths).max(self.share);
         if self.grown_from >= MOST_REPORTS / 2 {
             return Ok(());
         }
         self.reports.extend(
-            records.iter().map(|[a, b]| Report {
-                at: [a.x, a.y, a.z, a.w, b.x],
-                weight: f64::from(b.y) / (f64::from(b.z) * self.reporting),
-            }),
+            records.iter().map(|[a, b]| Report { at: [a.x, a.y, a.z, a.w, b.x], weight: weight(b) }),
         );
         if self.reports.len() >= 2 * self.grown_from {
             self.grow();
@@ -200,10 +207,10 @@ impl Guide {
         let pairs = used.iter().flat_map(|&a| used.iter().map(move |&b| (a, b))).filter(|(a, b)| a <= b);
         let best =
             pairs.min_by(|x, y| remains(x.0, x.1).total_cmp(&remains(y.0, y.1))).filter(|&(a, b)| remains(a, b) < WORTHWHILE);
-        let axis = best.map_or(longest, |(a, b)| {
-            let told = |axis: usize| (remains(axis, axis) * 100.0).round() as u32;
-            if (told(a), of.halvings[a]) <= (told(b), of.halvings[b]) { a } else { b }
-        });
+        let told = |axis: usize| (remains(axis, axis) * 100.0).round() as u32;
+        let better = |(a, b): (usize, usize)| if (told(a), of.halvings[a]) <= (told(b), of.halvings[b]) { a } else { b };
+        let aim = used.iter().copied().find(|&axis| self.aims[axis] && of.halvings[axis] == 0);
+        let axis = aim.or(best.map(better)).unwrap_or(longest);
         let at = middle(axis);
         of.reports.sort_by(|a, b| (a.at[axis] >= at).cmp(&(b.at[axis] >= at)));
         let first_upper = of.reports.partition_point(|r| r.at[axis] < at);
@@ -266,7 +273,7 @@ mod tests {
     fn grown() -> (Guide, impl Fn([f32; AXES]) -> bool) {
         let is_useful = |at: [f32; AXES]| (at[0] - at[2]).abs() < 0.02;
         let gpu = Gpu::open(None).expect("an adapter");
-        let mut guide = Guide::new(&gpu, [true, true, true, true, false]).expect("room");
+        let mut guide = Guide::new(&gpu, [true, true, true, true, false], [false; AXES]).expect("room");
         let number = |i: u32, base: u32| {
             let (mut sum, mut digit, mut rest) = (0.0, 1.0 / base as f32, i);
             while rest > 0 {

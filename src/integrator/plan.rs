@@ -168,12 +168,13 @@ impl Plan {
         }
     }
 
-    /// The axes of [`super::guide`] along which light paths from so many lights are guided, if they are.
-    pub(super) fn guides(&self, lights: usize) -> Option<[bool; super::guide::AXES]> {
+    /// The axes of [`super::guide`] along which light paths from so many lights are guided, if they are, and those that aim (light/emit.wgsl).
+    pub(super) fn guides(&self, lights: usize) -> Option<[[bool; super::guide::AXES]; 2]> {
         let distant = self.has("LIGHT_ENVIRONMENT");
         let on_light = distant || self.has("LIGHT_AREA") || self.has("LIGHT_BEAM");
         let direction = distant || self.has("LIGHT_AREA") || self.has("LIGHT_POINT");
-        self.has("GUIDED").then_some([on_light, on_light, direction, direction, lights > 1])
+        let aims = [distant, false, self.has("LIGHT_AREA") || self.has("LIGHT_POINT"), false, false];
+        self.has("GUIDED").then_some([[on_light, on_light, direction, direction, lights > 1], aims])
     }
 
     /// True if the scene has this feature. Panics on an unknown name, which is a defect.
