@@ -18,7 +18,11 @@ fn part_wavelengths() -> u32 {
     }
 #else
     let total = sum_beta();
-    var u = event_light.x;
+#if GUIDED
+    let u = numbers.choices.y;
+#else
+    let u = event_light.x;
+#endif
 #if GATHERED
     let power = weights * vec4f(beta_at(lanes.x), beta_at(lanes.y), beta_at(lanes.z), beta_at(lanes.w));
     let total_few = sum4(power);

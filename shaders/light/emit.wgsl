@@ -15,7 +15,7 @@ fn emit() -> Ray {
     let guided = guided_numbers();
     var u = guided.at.xy;
     var v = guided.at.zw;
-    let index = choose_light(guided.light);
+    let index = choose_light(guided.choices.x);
 #else
     let index = choose_light(next_1d());
     var u = next_2d();

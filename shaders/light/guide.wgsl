@@ -3,7 +3,7 @@
 // throughput; multiple importance sampling goes on with the density without it, which camera paths can work out: any weights are right that add up to one.
 @group(0) @binding(18) var guide: Table;
 
-// Two vectors for each path that was of use, kept by chance: point and direction; light, squared use without the warp, density of the warp, its own name.
+// Two vectors for each path that was of use, kept by chance: point and direction; light, wavelength, squared use without the warp, density of the warp.
 struct Uses {
     count: atomic<u32>,
     records: array<vec4f>,
@@ -15,7 +15,7 @@ const MOST_USE = 16.0;
 
 struct EmissionNumbers {
     at: vec4f, // point on the light (axes 0 and 1), direction (2 and 3)
-    light: f32, // axis 4
+    choices: vec2f, // of a light (axis 4), of the wavelength that a path keeps where they part (5)
 }
 
 var<private> numbers: EmissionNumbers;
@@ -23,33 +23,34 @@ var<private> guide_density: f32; // of the numbers, relative to even ones
 var<private> use_of_path: f32; // squared, without the warp
 
 fn guided_numbers() -> EmissionNumbers {
-    var light = next_1d();
+    var v = next_2d();
     var u = vec4f(next_2d(), next_2d());
     var low = vec4f(0.0);
     var size = vec4f(1.0);
-    var light_low = 0.0;
-    var light_size = 1.0;
+    var low_v = vec2f(0.0);
+    var size_v = vec2f(1.0);
     guide_density = 1.0;
     use_of_path = 0.0;
     var node = fetch(guide, GUIDE_ROOT);
     while (node.x < GUIDE_AXES) {
         let is_axis = vec4u(node.x) == vec4u(0u, 1u, 2u, 3u);
-        let is_light = node.x == 4u;
-        let x = select(component(u, node.x), light, is_light);
+        let is_choice = vec2u(node.x) == vec2u(4u, 5u);
+        let x = select(component(u, node.x), select(v.x, v.y, is_choice.y), any(is_choice));
         let lower = bitcast<f32>(node.z);
         let goes_up = x >= lower;
         // What is left of the number goes on, within [0, 1).
         let rest = clamp(select(x / lower, (x - lower) / (1.0 - lower), goes_up), 0.0, 0x1.fffffep-1);
         u = select(u, vec4f(rest), is_axis);
-        light = select(light, rest, is_light);
+        v = select(v, vec2f(rest), is_choice);
         size = select(size, 0.5 * size, is_axis);
-        light_size = select(light_size, 0.5 * light_size, is_light);
+        size_v = select(size_v, 0.5 * size_v, is_choice);
         low += select(vec4f(0.0), size, is_axis & vec4<bool>(goes_up));
-        light_low += select(0.0, light_size, is_light && goes_up);
+        low_v += select(vec2f(0.0), size_v, is_choice & vec2<bool>(goes_up));
         guide_density *= 2.0 * select(lower, 1.0 - lower, goes_up);
         node = fetch(guide, GUIDE_ROOT + node.y + select(0u, 1u, goes_up));
     }
-    numbers = EmissionNumbers(min(low + size * u, vec4f(0x1.fffffep-1)), min(light_low + light_size * light, 0x1.fffffep-1));
+    let most = 0x1.fffffep-1;
+    numbers = EmissionNumbers(min(low + size * u, vec4f(most)), min(low_v + size_v * v, vec2f(most)));
     return numbers;
 }
 
@@ -67,7 +68,7 @@ fn report_use() {
         let at = atomicAdd(&uses.count, 1u);
         if (at < params.guide_room) {
             uses.records[2u * at] = numbers.at;
-            uses.records[2u * at + 1u] = vec4f(numbers.light, use_of_path, guide_density, bitcast<f32>(sampler_index));
+            uses.records[2u * at + 1u] = vec4f(numbers.choices, use_of_path, guide_density);
         }
     }
 }

@@ -11,8 +11,8 @@ use crate::film::Tile;
 use crate::gpu::{Gpu, Resource};
 use glam::{UVec4, Vec4};
 
-/// Dimensions: a point on the light (2), a direction (2), the choice of a light.
-pub(super) const AXES: usize = 5;
+/// Dimensions: a point on the light (2), a direction (2), the choice of a light, that of the wavelength kept where they part.
+pub(super) const AXES: usize = 6;
 /// The picture's brightness is kept in this many blocks along each side.
 pub(super) const BLOCKS: usize = 32;
 /// Texel of the root, after the blocks.
@@ -119,20 +119,18 @@ impl Guide {
         }
         let mut records: Vec<[Vec4; 2]> =
             gpu.read(&self.uses, (1 + 2 * count as u64) * 16)?[1..].chunks_exact(2).map(|r| [r[0], r[1]]).collect();
-        records.sort_by_key(|r| (r[1].w.to_bits(), r[0].x.to_bits()));
+        records.sort_by_key(|r| r.map(|v| v.to_array().map(f32::to_bits)));
         // Share in the integral, over the probability of having been reported.
         let weight = |b: &Vec4| {
-            let share = f64::from(b.y) / f64::from(b.z);
+            let share = f64::from(b.z) / f64::from(b.w);
             share / (self.reporting * share).min(1.0)
         };
-        self.squares = records.iter().map(|[_, b]| weight(b) / f64::from(b.z)).sum::<f64>() / paths;
+        self.squares = records.iter().map(|[_, b]| weight(b) / f64::from(b.w)).sum::<f64>() / paths;
         self.share = (records.iter().map(|[_, b]| weight(b)).sum::<f64>() / paths).max(self.share);
         if self.grown_from >= MOST_REPORTS / 2 {
             return Ok(());
         }
-        self.reports.extend(
-            records.iter().map(|[a, b]| Report { at: [a.x, a.y, a.z, a.w, b.x], weight: weight(b) }),
-        );
+        self.reports.extend(records.iter().map(|[a, b]| Report { at: [a.x, a.y, a.z, a.w, b.x, b.y], weight: weight(b) }));
         if self.reports.len() >= 2 * self.grown_from {
             self.grow();
         }
@@ -273,7 +271,7 @@ mod tests {
     fn grown() -> (Guide, impl Fn([f32; AXES]) -> bool) {
         let is_useful = |at: [f32; AXES]| (at[0] - at[2]).abs() < 0.02;
         let gpu = Gpu::open(None).expect("an adapter");
-        let mut guide = Guide::new(&gpu, [true, true, true, true, false], [false; AXES]).expect("room");
+        let mut guide = Guide::new(&gpu, [true, true, true, true, false, false], [false; AXES]).expect("room");
         let number = |i: u32, base: u32| {
             let (mut sum, mut digit, mut rest) = (0.0, 1.0 / base as f32, i);
             while rest > 0 {
@@ -283,7 +281,7 @@ mod tests {
             }
             sum
         };
-        let points = (1..200_000).map(|i| [number(i, 2), number(i, 3), number(i, 5), number(i, 7), 0.5]);
+        let points = (1..200_000).map(|i| [number(i, 2), number(i, 3), number(i, 5), number(i, 7), 0.5, 0.5]);
         guide.reports = points.filter(|at| is_useful(*at)).map(|at| Report { at, weight: 1.0 }).collect();
         guide.grow();
         (guide, is_useful)
@@ -313,8 +311,8 @@ mod tests {
             share / volume
         };
         for t in [0.1, 0.3, 0.52, 0.77, 0.93] {
-            let on = [t, 0.4, t, 0.6, 0.5];
-            let off = [t, 0.4, (t + 0.37) % 1.0, 0.6, 0.5];
+            let on = [t, 0.4, t, 0.6, 0.5, 0.5];
+            let off = [t, 0.4, (t + 0.37) % 1.0, 0.6, 0.5, 0.5];
             assert!(is_useful(on) && !is_useful(off));
             // The diagonal takes 4 % of the volume.
             assert!(density(on) > 8.0, "{t}: {}", density(on));

@@ -173,8 +173,8 @@ impl Plan {
         let distant = self.has("LIGHT_ENVIRONMENT");
         let on_light = distant || self.has("LIGHT_AREA") || self.has("LIGHT_BEAM");
         let direction = distant || self.has("LIGHT_AREA") || self.has("LIGHT_POINT");
-        let aims = [distant, false, self.has("LIGHT_AREA") || self.has("LIGHT_POINT"), false, false];
-        self.has("GUIDED").then_some([[on_light, on_light, direction, direction, lights > 1], aims])
+        let aims = [distant, false, self.has("LIGHT_AREA") || self.has("LIGHT_POINT"), false, false, false];
+        self.has("GUIDED").then_some([[on_light, on_light, direction, direction, lights > 1, self.has("DISPERSION")], aims])
     }
 
     /// True if the scene has this feature. Panics on an unknown name, which is a defect.
