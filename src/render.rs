@@ -147,7 +147,7 @@ pub fn render(
     integrator: &mut dyn Integrator,
     film: &mut Film,
     stop: &Stop,
-    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    observe: &mut dyn FnMut(&Progress, &Film) -> ControlFlow<()>,
 ) -> Result<Summary> {
     let start = Instant::now();
     let batch_spp = stop.batch_spp(film.pixels());
@@ -191,7 +191,7 @@ pub fn render(
             elapsed,
             remaining: (fraction > 0.0).then(|| Duration::try_from_secs_f64(seconds * (1.0 / fraction - 1.0)).ok()).flatten(),
         };
-        if observe(&progress).is_break() && ended.is_none() {
+        if observe(&progress, film).is_break() && ended.is_none() {
             ended = Some(Ended::Interrupted);
         }
         if let Some(ended) = ended {
