@@ -123,8 +123,12 @@ fn relative_error_follows_its_formula() {
     // Channels of a pixel: one bin, X, Y, Z. Y is 1 and 3 in the first pixel, 10 and 10 in the second.
     film.add_batch_f64(&[0.0, 9.0, 1.0, 9.0, 0.0, 9.0, 10.0, 9.0], 1);
     film.add_batch_f64(&[0.0, 5.0, 3.0, 9.0, 0.0, 9.0, 10.0, 9.0], 1);
-    let expected = (1.0 / (4.0 + 0.01 * 36.0) / 2.0f64).sqrt();
-    close(film.relative_error(), expected, 1e-14, "relative error");
+    // The first has a variance of 1 and finds light in 2 x 4 / (4 + 1) of its two batches, so that both together, of mean 6 and variance 1/2, weigh
+    let weight = 0.5 * 4.0 / (1.6 + 2.0 + 0.5);
+    let shrunk = |own: f64, around: f64| (2.0 * own + weight * around) / (2.0 + weight);
+    let pixel = |mean: f64, variance: f64| shrunk(variance, 0.5) / (shrunk(mean, 6.0).powi(2) + 0.01 * 36.0);
+    let expected = (0.5 * (pixel(2.0, 1.0) + pixel(10.0, 0.0))).sqrt();
+    close(film.relative_error(), expected, 1e-6, "relative error");
 }
 
 #[test]
@@ -135,7 +139,7 @@ fn relative_error_of_what_is_not_visible_is_that_of_its_bins() {
     // Bins of 2 +- 1, 10 +- 0 and nothing; X, Y, Z of a wild tail.
     film.add_batch_f64(&[1.0, 10.0, 0.0, 0.0, 1e-9, 0.0], 1);
     film.add_batch_f64(&[3.0, 10.0, 0.0, 0.0, 0.0, 0.0], 1);
-    close(film.relative_error(), (1.0 / (4.0 + 0.01 * 4.0) / 2.0f64).sqrt(), 1e-14, "relative error");
+    close(film.relative_error(), (1.0 / (4.0 + 0.01 * 4.0) / 2.0f64).sqrt(), 1e-6, "relative error");
 }
 
 #[test]
@@ -212,4 +216,52 @@ fn a_film_beyond_all_memory_is_an_error() {
     let error = Film::try_new(&huge).err().map(|e| e.to_string()).unwrap_or_default();
     assert!(error.contains("--size"), "{error:?}");
     assert_eq!(Film::bytes(&settings(2, 1, 20)), 2 * 380);
+}
+
+/// A film of 64 x 64 pixels in 16 batches, in which `light(random, pixel)` is what a batch finds in a pixel.
+fn batches(seed: u64, light: impl Fn(&mut Random, usize) -> f64) -> Film {
+    let (mut film, mut random) = (Film::new(&settings(64, 64, 1)), Random(seed));
+    for _ in 0..16 {
+        let sums: Vec<f64> = (0..film.pixels()).flat_map(|pixel| [light(&mut random, pixel); 4]).collect();
+        film.add_batch_f64(&sums, 1);
+    }
+    film
+}
+
+#[test]
+fn where_light_is_rare_a_pixel_takes_its_error_from_its_surroundings() {
+    // Mean 1; in one batch of 50 there is all of it, so that three of four pixels have found nothing.
+    let film = batches(11, |random, _| if random.next() < 0.02 { 50.0 } else { 0.0 });
+    let (errors, n) = (film.errors(0), film.pixels() as f64);
+    let exact = (0.02 * 2500.0 - 1.0) / 16.0;
+    let dark = (0..film.pixels()).filter(|&p| film.bin(p, 0) == 0.0).collect::<Vec<_>>();
+    assert!(dark.len() as f64 > 0.7 * n, "{}", dark.len());
+    assert!(dark.iter().all(|&p| film.standard_error(p, 0) == 0.0), "their own batches say nothing");
+    let of_dark = dark.iter().map(|&p| errors.expected(p).1).sum::<f64>() / dark.len() as f64;
+    // A pixel's 16 batches against the 25 that half an event is worth, and likewise for the blocks.
+    assert!((0.4 * exact..exact).contains(&of_dark), "{of_dark}, exact {exact}");
+    // In the mean over all pixels the variance is not changed.
+    let own = (0..film.pixels()).map(|p| film.standard_error(p, 0).powi(2)).sum::<f64>() / n;
+    let all = (0..film.pixels()).map(|p| errors.expected(p).1).sum::<f64>() / n;
+    close(all, own, 0.05, "mean variance");
+    // And the film knows how wrong it is: sigma / sqrt(1 + 0.01), give or take the spread of 1300 events and what Jeffreys' half event adds.
+    close(film.relative_error(), (exact / 1.01f64).sqrt(), 0.25, "relative error");
+    let blind = |p: usize| film.standard_error(p, 0).powi(2) / (film.bin(p, 0).powi(2) + 0.01);
+    let blind = ((0..film.pixels()).map(blind).sum::<f64>() / n).sqrt();
+    assert!(blind < 0.35 * exact.sqrt(), "from their own batches alone: {blind}");
+}
+
+#[test]
+fn where_light_is_plenty_the_surroundings_change_little() {
+    let film = batches(12, |random, pixel| if pixel % 64 < 32 { 1.0 + random.next() } else { 0.0 });
+    let (errors, lit) = (film.errors(0), (1.0f64 / 12.0 / 16.0).sqrt());
+    for pixel in 0..film.pixels() {
+        let (own, expected) = (film.standard_error(pixel, 0), errors.standard_error(pixel));
+        if pixel % 64 < 32 {
+            close(expected, own, 0.2, "error of a lit pixel");
+        } else {
+            // A quarter of the film without light, 16384 batches, against one batch's worth of the whole.
+            assert!(expected > 0.0 && expected < 0.01 * lit, "error of a black pixel: {expected}, of a lit one {lit}");
+        }
+    }
 }

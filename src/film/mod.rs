@@ -15,7 +15,10 @@
 //!
 //! Memory: `16 (bins + 3) + 12` bytes per pixel, 380 for 20 bins.
 
+mod errors;
 pub mod first_hits;
+
+pub use errors::Errors;
 
 use crate::color::cie::is_visible;
 use crate::error::{Error, Result};
@@ -194,14 +197,25 @@ impl Film {
         (0..self.pixels()).map(|pixel| self.xyz(pixel).map(|v| v as f32)).collect()
     }
 
-    /// Standard error of the mean of a pixel's channel (bins, then X, Y, Z); infinite before the second batch.
+    /// Standard error of the mean of a pixel's channel (bins, then X, Y, Z) from its own batches; infinite before the second one. While a pixel has
+    /// found little light, [`Film::errors`] know better.
     pub fn standard_error(&self, pixel: usize, channel: usize) -> f64 {
+        self.variance(pixel, channel).sqrt()
+    }
+
+    /// The square of [`Film::standard_error`].
+    fn variance(&self, pixel: usize, channel: usize) -> f64 {
         let n = self.batches[pixel];
         if n < 2 {
             return f64::INFINITY;
         }
         let deviation = self.deviation[pixel * self.channels..(pixel + 1) * self.channels][channel];
-        (deviation / (f64::from(n - 1) * self.weight[pixel])).sqrt()
+        deviation / (f64::from(n - 1) * self.weight[pixel])
+    }
+
+    /// Standard errors of a channel's pixels with what is known of their surroundings.
+    pub fn errors(&self, channel: usize) -> Errors<'_> {
+        Errors::new(self, channel)
     }
 
     /// Standard error of the mean of a channel over all pixels, correlations between them included; infinite before the second batch.
@@ -213,13 +227,8 @@ impl Film {
         (whole.deviation[channel] / (f64::from(whole.batches - 1) * whole.weight)).sqrt()
     }
 
-    /// Standard error of a pixel's Y.
-    pub fn luminance_standard_error(&self, pixel: usize) -> f64 {
-        self.standard_error(pixel, self.bins() + 1)
-    }
-
-    /// The film's estimate of its own error: the root over pixels of the mean of `sigma^2 / (Y^2 + 0.01 <Y>^2)`, sigma being the
-    /// standard error of Y and `<Y>` its mean over the film; the second term keeps dark pixels from ruling. Where the bins are not visible, likewise
+    /// The film's estimate of its own error: the root over pixels of the mean of `sigma^2 / (Y^2 + 0.01 <Y>^2)`, sigma and
+    /// Y being what is expected of a pixel ([`Errors`]) and `<Y>` the mean over the film; the second term keeps dark pixels from ruling. Where the bins are not visible, likewise
     /// over all of them in place of Y. Infinite before the second batch, and for a black film, which says nothing about itself.
     pub fn relative_error(&self) -> f64 {
         let (bins, range) = (self.bins(), self.settings.bins);
@@ -231,12 +240,15 @@ impl Film {
     /// The mean over pixels of a channel's squared error, as in [`Film::relative_error`]; `None` if it is black.
     fn squared_relative_error(&self, channel: usize) -> Option<f64> {
         let mean = self.mean_of(channel);
-        let floor = 0.01 * mean * mean;
+        if mean == 0.0 {
+            return None;
+        }
+        let (errors, floor) = (self.errors(channel), 0.01 * mean * mean);
         let square = |pixel: usize| {
-            let (sigma, value) = (self.standard_error(pixel, channel), self.pixel(pixel)[channel]);
-            if sigma == 0.0 { 0.0 } else { sigma * sigma / (value * value + floor) }
+            let (value, variance) = errors.expected(pixel);
+            variance / (value * value + floor)
         };
-        (mean != 0.0).then(|| (0..self.pixels()).map(square).sum::<f64>() / self.pixels() as f64)
+        Some((0..self.pixels()).map(square).sum::<f64>() / self.pixels() as f64)
     }
 
     /// Mean of a channel over all pixels.

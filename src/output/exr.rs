@@ -6,7 +6,7 @@
 //! - `R`, `G`, `B`: linear sRGB for viewers, the film's XYZ times 2^`EV`, where at `EV` 0 the equal-energy spectrum of 1 W m^-2
 //!   sr^-1 nm^-1 has luminance 1, as in [`crate::color::picture`];
 //! - `XYZ.X`, `XYZ.Y`, `XYZ.Z`: CIE 1931 in cd m^-2 (or lx), accumulated at the sampled wavelengths;
-//! - on request ([`Aovs`]): `error.Y`, the standard error of `XYZ.Y`, and `error.390,000000nm`, that of the bin;
+//! - on request ([`Aovs`]): `error.Y`, the standard error of `XYZ.Y`, and `error.390,000000nm`, that of the bin (see [`Errors`]);
 //! - likewise `depth.Z`, `normal.X` `normal.Y` `normal.Z`, `albedo.R` `albedo.G` `albedo.B`: what rays meet first, as the attributes
 //!   `abbe.depth`, `abbe.normal` and `abbe.albedo` explain.
 //!
@@ -22,8 +22,8 @@ use crate::color::cie::xyz_of_unit;
 use crate::color::convert::linear_srgb_of_xyz;
 use crate::color::space::Space;
 use crate::error::Result;
-use crate::film::Film;
 use crate::film::first_hits::FirstHits;
+use crate::film::{Errors, Film};
 use crate::render::BatchStats;
 use crate::spectrum::library::Observer;
 use exr::block::{BlockIndex, UncompressedBlock};
@@ -171,17 +171,17 @@ fn descriptions(aovs: &Aovs) -> Vec<(&'static str, AttributeValue)> {
 }
 
 /// What a channel of the file shows.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 enum Source<'a> {
     Mean(usize),
-    Error(usize),
+    Error(Errors<'a>),
     Rgb(usize),
     Depth(&'a FirstHits),
     Normal(&'a FirstHits, usize),
     Albedo(&'a FirstHits, usize),
 }
 
-fn channels<'a>(film: &Film, aovs: &Aovs<'a>) -> Vec<(String, Source<'a>)> {
+fn channels<'a>(film: &'a Film, aovs: &Aovs<'a>) -> Vec<(String, Source<'a>)> {
     let (bins, settings) = (film.bins(), film.settings());
     let mut list = vec![
         ("R".to_string(), Source::Rgb(0)),
@@ -194,8 +194,8 @@ fn channels<'a>(film: &Film, aovs: &Aovs<'a>) -> Vec<(String, Source<'a>)> {
     let centre = |b: usize| settings.bins.centre_nm(b as u32);
     list.extend((0..bins).map(|b| (channel_name(centre(b)), Source::Mean(b))));
     if aovs.errors {
-        list.push(("error.Y".to_string(), Source::Error(bins + 1)));
-        list.extend((0..bins).map(|b| (error_channel_name(centre(b)), Source::Error(b))));
+        list.push(("error.Y".to_string(), Source::Error(film.errors(bins + 1))));
+        list.extend((0..bins).map(|b| (error_channel_name(centre(b)), Source::Error(film.errors(b)))));
     }
     list.extend(aovs.depth.map(|first| ("depth.Z".to_string(), Source::Depth(first))));
     for i in 0..3 {
@@ -215,13 +215,13 @@ struct FilmChannels<'a> {
 }
 
 impl FilmChannels<'_> {
-    fn value(&self, pixel: usize, source: Source) -> f32 {
-        match source {
+    fn value(&self, pixel: usize, source: &Source) -> f32 {
+        match *source {
             Source::Depth(first) => first.depth(pixel),
             Source::Normal(first, i) => first.normal(pixel)[i],
             Source::Albedo(first, i) => first.albedo(pixel)[i],
             Source::Mean(channel) => self.film.pixel(pixel)[channel] as f32,
-            Source::Error(channel) => self.film.standard_error(pixel, channel) as f32,
+            Source::Error(ref errors) => errors.standard_error(pixel) as f32,
             Source::Rgb(c) => (linear_srgb_of_xyz(self.film.xyz(pixel))[c] * self.gain) as f32,
         }
     }
@@ -250,7 +250,7 @@ impl ChannelsWriter for &FilmChannels<'_> {
         UncompressedBlock::collect_block_data_from_lines(&header.channels, block, |line| {
             let at = line.location;
             let first = at.position.y() * width + at.position.x();
-            let source = self.channels[at.channel].1;
+            let source = &self.channels[at.channel].1;
             for (bytes, pixel) in line.value.chunks_exact_mut(4).zip(first..first + at.sample_count) {
                 bytes.copy_from_slice(&self.value(pixel, source).to_ne_bytes());
             }

@@ -3,6 +3,7 @@
 
 mod boundary;
 mod determinism;
+mod errors;
 mod intersect;
 mod plan;
 mod sampler;
