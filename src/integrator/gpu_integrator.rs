@@ -76,9 +76,16 @@ impl GpuIntegrator {
     /// # Errors
     /// As [`GpuIntegrator::new`].
     pub fn with(scene: &Scene, device: Option<&str>, seed: u64, techniques: Techniques) -> Result<Self> {
+        Self::with_plan(scene, device, seed, Plan::new(scene, techniques))
+    }
+
+    /// Likewise, with what is in the plan, needed or not.
+    ///
+    /// # Errors
+    /// As [`GpuIntegrator::new`].
+    pub fn with_plan(scene: &Scene, device: Option<&str>, seed: u64, plan: Plan) -> Result<Self> {
         let gpu = Gpu::open(device)?;
-        let plan = Plan::new(scene, techniques);
-        let gpu_scene = GpuScene::new(&gpu, scene, techniques.guiding)?;
+        let gpu_scene = GpuScene::new(&gpu, scene, plan.techniques.guiding)?;
         let tile = tiles(&gpu, &plan, scene.film.width, scene.film.height)[0];
         let gather = if plan.has("GATHERED") { Some(Gather::new(&gpu, &plan, scene, tile, PASSES_PER_DISPATCH)?) } else { None };
         let heads = gather.as_ref().map_or(0, |g| g.heads.size() / 4);

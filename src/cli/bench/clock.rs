@@ -11,6 +11,13 @@ pub struct Spent {
     pub cpu: Option<f64>,
 }
 
+impl Spent {
+    /// Time that counts for a device: of processors where it is one (`on_cpu`), as others may hold up the wall clock.
+    pub fn counted(&self, on_cpu: bool) -> f64 {
+        self.cpu.filter(|_| on_cpu).unwrap_or(self.wall)
+    }
+}
+
 /// A stopwatch that can be held while something is done that is not to count.
 pub struct Clock {
     since: (Instant, Option<f64>),

@@ -1,10 +1,13 @@
 //! `abbe bench`: speed and error of renders, scene by scene and method by method.
 
+mod cases;
 mod clock;
 mod curves;
+mod features;
 mod methods;
 mod reference;
 mod report;
+mod scaling;
 mod scenes;
 
 use super::load::Overrides;
@@ -28,6 +31,7 @@ const EXAMPLES: &str = "Examples:
   abbe bench scenes/compare/*.json --make-references scenes/compare --size 128x128 --time 10m
   abbe bench scenes/compare/*.json --methods all,backward --time 30s -o bench.json
   abbe bench scenes/compare/pool.json --reference pool.exr --json
+  abbe bench --scaling --features -o growth.json
 
 'cornell_box' (a diffuse box of 12 triangles) and 'triangles_70k' (a diffuse ball of 70,000 triangles in that box) are built in.
 camera/s are the rays per second of the camera pass, all its shading included; rays/s those of all passes over the whole time. CPU/s is the
@@ -69,6 +73,12 @@ pub struct Args {
     /// Render references into FOLDER/NAME/reference.exr instead, each for ten minutes unless told otherwise
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["reference", "output"])]
     make_references: Option<PathBuf>,
+    /// Instead of scenes, measure what features cost: each in a scene, and its code in the pipeline of a scene without it
+    #[arg(long, conflicts_with_all = ["scenes", "make_references"])]
+    features: bool,
+    /// Instead of scenes, measure how time grows with the resolution, the triangles and the bins
+    #[arg(long, conflicts_with_all = ["scenes", "make_references"])]
+    scaling: bool,
     /// Write all rows here as they come, and a picture of error over time beside it as .svg
     #[arg(short, long, value_name = "OUT.json", value_parser = values::json)]
     output: Option<PathBuf>,
@@ -94,6 +104,15 @@ pub fn run(args: &Args) -> Outcome {
         return Ok(Done::Completely);
     }
     let mut report = Report::new(args.output.as_deref(), args.json);
+    if args.features || args.scaling {
+        if args.features {
+            features::run(args, &mut report)?;
+        }
+        if args.scaling {
+            scaling::run(args, &mut report)?;
+        }
+        return Ok(if interrupt::requested() { Done::Interrupted } else { Done::Completely });
+    }
     for path in &scenes {
         for method in &args.methods {
             measure(args, path, *method, &mut report)?;

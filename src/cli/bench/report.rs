@@ -46,17 +46,17 @@ pub struct Report<'a> {
 impl<'a> Report<'a> {
     /// Nothing yet; for `file`, and for people or as JSON on standard output.
     pub fn new(file: Option<&'a Path>, json: bool) -> Self {
-        if !json {
-            out(&format!(
-                "{:<20} {:<10} {:>6} {:>8} {:>8} {:>8} {:>9} {:>9} {:>9} {:>9} {:>9}  device",
-                "scene", "method", "spp", "set-up/s", "render/s", "CPU/s", "rays/s", "camera/s", "error", "relMSE Y", "bins"
-            ));
-        }
         Report { file, json, machine: machine(), date: today(), runs: Vec::new(), rows: Vec::new() }
     }
 
     /// From here on, rows of this run.
     pub fn begin(&mut self, run: Run) {
+        if self.runs.is_empty() && !self.json {
+            out(&format!(
+                "{:<20} {:<10} {:>6} {:>8} {:>8} {:>8} {:>9} {:>9} {:>9} {:>9} {:>9}  device",
+                "scene", "method", "spp", "set-up/s", "render/s", "CPU/s", "rays/s", "camera/s", "error", "relMSE Y", "bins"
+            ));
+        }
         self.runs.push((run, Vec::new()));
     }
 
@@ -64,9 +64,7 @@ impl<'a> Report<'a> {
     pub fn add(&mut self, row: Row) -> Result<()> {
         let Some((run, rows)) = self.runs.last_mut() else { return Ok(()) };
         rows.push(row);
-        let mut value = row.json(run);
-        value["machine"] = self.machine.as_str().into();
-        value["date"] = self.date.as_str().into();
+        let value = row.json(run);
         self.write(value)
     }
 
@@ -86,7 +84,7 @@ impl<'a> Report<'a> {
             if !self.json {
                 out(&format!("{device}: not run, {why}"));
             }
-            self.write(json!({"device": device, "not_run": why, "machine": self.machine, "date": self.date}))?;
+            self.write(json!({"device": device, "not_run": why}))?;
         }
         let scenes = self.curves();
         if !self.json {
@@ -101,7 +99,10 @@ impl<'a> Report<'a> {
         Ok(())
     }
 
-    fn write(&mut self, row: Value) -> Result<()> {
+    /// A row, with where and when it was measured.
+    pub fn write(&mut self, mut row: Value) -> Result<()> {
+        row["machine"] = self.machine.as_str().into();
+        row["date"] = self.date.as_str().into();
         if self.json {
             out(&row.to_string());
         }
@@ -115,7 +116,7 @@ impl<'a> Report<'a> {
     fn curves(&self) -> Vec<(&str, Vec<Curve>)> {
         let mut scenes: Vec<(&str, Vec<Curve>)> = Vec::new();
         for (run, rows) in &self.runs {
-            let points = rows.iter().filter_map(|row| Some((row.time(run.on_cpu), row.relative_mse?.luminance)));
+            let points = rows.iter().filter_map(|row| Some((row.spent.counted(run.on_cpu), row.relative_mse?.luminance)));
             let curve = Curve { name: run.method.to_string(), on_cpu: run.on_cpu, points: points.collect() };
             match scenes.iter_mut().find(|(scene, _)| *scene == run.scene) {
                 Some((_, curves)) => curves.push(curve),
@@ -136,11 +137,6 @@ impl Row {
 
     fn rays_per_second(&self) -> f64 {
         self.progress.stats.rays as f64 / self.spent.wall.max(1e-9)
-    }
-
-    /// Processor time where the device has nothing else, as others may hold up the wall clock; s.
-    fn time(&self, on_cpu: bool) -> f64 {
-        self.spent.cpu.filter(|_| on_cpu).unwrap_or(self.spent.wall)
     }
 
     fn text(&self, run: &Run) -> String {
