@@ -244,8 +244,9 @@ fn where_light_is_rare_a_pixel_takes_its_error_from_its_surroundings() {
     let own = (0..film.pixels()).map(|p| film.standard_error(p, 0).powi(2)).sum::<f64>() / n;
     let all = (0..film.pixels()).map(|p| errors.expected(p).1).sum::<f64>() / n;
     close(all, own, 0.05, "mean variance");
-    // And the film knows how wrong it is: sigma / sqrt(1 + 0.01), give or take the spread of 1300 events and what Jeffreys' half event adds.
-    close(film.relative_error(), (exact / 1.01f64).sqrt(), 0.25, "relative error");
+    // And the film knows how wrong it is, if anything too pessimistic: pixels that found nothing count as dark, too.
+    let ratio = film.relative_error() / (exact / 1.01f64).sqrt();
+    assert!((0.9..1.5).contains(&ratio), "relative error: {ratio} of what it is");
     let blind = |p: usize| film.standard_error(p, 0).powi(2) / (film.bin(p, 0).powi(2) + 0.01);
     let blind = ((0..film.pixels()).map(blind).sum::<f64>() / n).sqrt();
     assert!(blind < 0.35 * exact.sqrt(), "from their own batches alone: {blind}");
