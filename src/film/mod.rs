@@ -13,7 +13,8 @@
 //! Pixels of one batch may be correlated too (they share their wavelengths), so the error of the image's mean does not follow from theirs: it is
 //! kept by itself, from the mean of each batch.
 //!
-//! Memory: `16 (bins + 3) + 12` bytes per pixel, 380 for 20 bins.
+//! Memory: `12 (bins + 3) + 12` bytes per pixel, 288 for 20 bins. Deviations are kept in single precision: sums of squares, which cannot
+//! cancel, of as many terms as there are batches.
 
 mod errors;
 pub mod first_hits;
@@ -45,7 +46,7 @@ pub struct Film {
     /// Means, `[pixel][channel]`.
     mean: Vec<f64>,
     /// Weighted sums of squared deviations, `[pixel][channel]`.
-    deviation: Vec<f64>,
+    deviation: Vec<f32>,
     /// Samples so far, per pixel.
     weight: Vec<f64>,
     /// Batches so far, per pixel.
@@ -105,7 +106,7 @@ impl Film {
     /// Bytes that a film of these settings takes.
     pub fn bytes(settings: &FilmSettings) -> u64 {
         let pixels = u64::from(settings.width) * u64::from(settings.height);
-        pixels.saturating_mul(16 * (u64::from(settings.bins.count) + 3) + 12)
+        pixels.saturating_mul(12 * (u64::from(settings.bins.count) + 3) + 12)
     }
 
     /// Adds one batch to the pixels of `tile`. `sums` holds `[pixel][bins + 3]` sums over the batch's `spp` samples of each bin's
@@ -148,7 +149,7 @@ impl Film {
         for (((mean, deviation), sum), whole) in mean.iter_mut().zip(deviation).zip(sums).zip(&mut self.whole.sums) {
             let x = sum / w;
             *whole += x;
-            update(mean, deviation, x, w, share);
+            *deviation += update(mean, x, w, share) as f32;
         }
         self.whole.pixels += 1;
         if self.whole.pixels == self.weight.len() {
@@ -210,7 +211,7 @@ impl Film {
             return f64::INFINITY;
         }
         let deviation = self.deviation[pixel * self.channels..(pixel + 1) * self.channels][channel];
-        deviation / (f64::from(n - 1) * self.weight[pixel])
+        f64::from(deviation) / (f64::from(n - 1) * self.weight[pixel])
     }
 
     /// Standard errors of a channel's pixels with what is known of their surroundings.
@@ -306,16 +307,16 @@ impl Whole {
         self.batches += 1;
         let share = w / self.weight;
         for ((mean, deviation), sum) in self.mean.iter_mut().zip(&mut self.deviation).zip(&mut self.sums) {
-            update(mean, deviation, *sum / self.pixels as f64, w, share);
+            *deviation += update(mean, *sum / self.pixels as f64, w, share);
             *sum = 0.0;
         }
         self.pixels = 0;
     }
 }
 
-/// West's recurrence for one more value `x` of weight `w`, which is `share` of all weights so far.
-fn update(mean: &mut f64, deviation: &mut f64, x: f64, w: f64, share: f64) {
+/// West's recurrence for one more value `x` of weight `w`, which is `share` of all weights so far: what the sum of squared deviations grows by.
+fn update(mean: &mut f64, x: f64, w: f64, share: f64) -> f64 {
     let delta = x - *mean;
     *mean += share * delta;
-    *deviation += w * delta * (x - *mean);
+    w * delta * (x - *mean)
 }

@@ -1,7 +1,7 @@
 //! Cases measured in turns, each by the ratio to another one: what others do on the machine meanwhile falls on all of them.
 
 use super::Args;
-use super::clock::Clock;
+use super::clock::{Clock, Spent};
 use super::report::Report;
 use crate::cli::interrupt;
 use crate::cli::print::out;
@@ -11,10 +11,10 @@ use crate::integrator::{GpuIntegrator, Plan};
 use crate::render::Integrator;
 use crate::scene::Scene;
 use serde_json::json;
-use std::time::Instant;
 
-/// Samples of a turn.
+/// Samples of a turn, of all pixels together, and those of a pixel in each of its batches, whatever the resolution.
 const SAMPLES: u64 = 1 << 19;
+const SPP: u32 = 8;
 /// Turns of every case.
 const TURNS: u32 = 3;
 
@@ -36,7 +36,7 @@ struct Runner<'a> {
     film: Film,
     /// Until the pipelines were there, and until the first sample of every pixel was, s.
     setup: f64,
-    first_pixels: f64,
+    first_pixels: Spent,
     /// Time per sample of each turn, s.
     times: Vec<f64>,
 }
@@ -45,12 +45,12 @@ struct Runner<'a> {
 pub fn measure(args: &Args, series: &str, cases: &[Case], report: &mut Report) -> Result<()> {
     let mut runners = Vec::new();
     for case in cases {
-        let start = Instant::now();
+        let clock = Clock::start();
         let mut integrator = GpuIntegrator::with_plan(&case.scene, args.device.as_deref(), args.seed, case.plan.clone())?;
-        let setup = start.elapsed().as_secs_f64();
+        let setup = clock.spent().wall;
         let mut film = Film::try_new(&case.scene.film)?;
         integrator.render_batch(0, 1, &mut film)?;
-        runners.push(Runner { case, integrator, film, setup, first_pixels: start.elapsed().as_secs_f64(), times: Vec::new() });
+        runners.push(Runner { case, integrator, film, setup, first_pixels: clock.spent(), times: Vec::new() });
     }
     for turn in 1..=TURNS {
         for runner in &mut runners {
@@ -74,11 +74,14 @@ pub fn measure(args: &Args, series: &str, cases: &[Case], report: &mut Report) -
 
 impl Runner<'_> {
     fn turn(&mut self, turn: u32) -> Result<()> {
-        let pixels = self.film.pixels() as u64;
-        let spp = (SAMPLES / pixels).max(1) as u32;
+        let batch = self.film.pixels() as u64 * u64::from(SPP);
+        let batches = SAMPLES.div_ceil(batch) as u32;
         let clock = Clock::start();
-        self.integrator.render_batch(turn, spp, &mut self.film)?;
-        self.times.push(clock.spent().counted(self.integrator.adapter().is_cpu()) / (pixels * u64::from(spp)) as f64);
+        for index in turn * batches..(turn + 1) * batches {
+            self.integrator.render_batch(index, SPP, &mut self.film)?;
+        }
+        let time = clock.spent().counted(self.integrator.adapter().is_cpu());
+        self.times.push(time / (batch * u64::from(batches)) as f64);
         Ok(())
     }
 
@@ -89,7 +92,7 @@ impl Runner<'_> {
             let limit = limit.map_or(String::new(), |limit| format!("{limit:.2}"));
             out(&format!(
                 "{:<32} {nanoseconds:>10.0} {ratio:>8.3} {limit:>8} {:>10.2} {:>14.2}",
-                self.case.name, self.setup, self.first_pixels
+                self.case.name, self.setup, self.first_pixels.wall
             ));
         }
         report.write(json!({
@@ -101,7 +104,8 @@ impl Runner<'_> {
             "ratio": ratio,
             "ratio_limit": limit,
             "setup_seconds": self.setup,
-            "first_pixels_seconds": self.first_pixels,
+            "first_pixels_seconds": self.first_pixels.wall,
+            "first_pixels_cpu_seconds": self.first_pixels.cpu,
         }))
     }
 }
