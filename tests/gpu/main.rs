@@ -2,6 +2,7 @@
 //! request gives the same bits.
 
 mod boundary;
+mod counts;
 mod determinism;
 mod errors;
 mod intersect;

@@ -7,6 +7,7 @@ mod features;
 mod methods;
 mod reference;
 mod report;
+mod roofline;
 mod scaling;
 mod scenes;
 
@@ -32,6 +33,7 @@ const EXAMPLES: &str = "Examples:
   abbe bench scenes/compare/*.json --methods all,backward --time 30s -o bench.json
   abbe bench scenes/compare/pool.json --reference pool.exr --json
   abbe bench --scaling --features -o growth.json
+  abbe bench --counts triangles_70k scenes/compare/newton.json
 
 'cornell_box' (a diffuse box of 12 triangles) and 'triangles_70k' (a diffuse ball of 70,000 triangles in that box) are built in.
 camera/s are the rays per second of the camera pass, all its shading included; rays/s those of all passes over the whole time. CPU/s is the
@@ -79,6 +81,9 @@ pub struct Args {
     /// Instead of scenes, measure how time grows with the resolution, the triangles and the bins
     #[arg(long, conflicts_with_all = ["scenes", "make_references"])]
     scaling: bool,
+    /// Count what rays test and how long paths are, and what share of the time each pass takes
+    #[arg(long, conflicts_with_all = ["make_references", "features", "scaling"])]
+    counts: bool,
     /// Write all rows here as they come, and a picture of error over time beside it as .svg
     #[arg(short, long, value_name = "OUT.json", value_parser = values::json)]
     output: Option<PathBuf>,
@@ -89,20 +94,10 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    let scenes = if args.scenes.is_empty() { shipped_scenes()? } else { args.scenes.clone() };
     if let Some(path) = &args.output {
         [path.clone(), path.with_extension("svg")].iter().try_for_each(|path| check_writable(path))?;
     }
     interrupt::heed();
-    if let Some(folder) = &args.make_references {
-        for path in &scenes {
-            reference::make(args, folder, path, &load(&args.overrides, path)?)?;
-            if interrupt::requested() {
-                return Ok(Done::Interrupted);
-            }
-        }
-        return Ok(Done::Completely);
-    }
     let mut report = Report::new(args.output.as_deref(), args.json);
     if args.features || args.scaling {
         if args.features {
@@ -112,6 +107,25 @@ pub fn run(args: &Args) -> Outcome {
             scaling::run(args, &mut report)?;
         }
         return Ok(if interrupt::requested() { Done::Interrupted } else { Done::Completely });
+    }
+    let scenes = if args.scenes.is_empty() { shipped_scenes()? } else { args.scenes.clone() };
+    if let Some(folder) = &args.make_references {
+        for path in &scenes {
+            reference::make(args, folder, path, &load(&args.overrides, path)?)?;
+            if interrupt::requested() {
+                return Ok(Done::Interrupted);
+            }
+        }
+        return Ok(Done::Completely);
+    }
+    if args.counts {
+        for path in &scenes {
+            roofline::run(args, &load(&args.overrides, path)?, &mut report)?;
+            if interrupt::requested() {
+                return Ok(Done::Interrupted);
+            }
+        }
+        return Ok(Done::Completely);
     }
     for path in &scenes {
         for method in &args.methods {
