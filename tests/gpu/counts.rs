@@ -5,7 +5,8 @@ use abbe::film::Film;
 use abbe::integrator::{GpuIntegrator, Plan, Techniques};
 use abbe::render::{BatchStats, Counts, Integrator};
 use abbe::scene::Scene;
-use serde_json::json;
+use serde_json::{Value, json};
+use std::process::Command;
 
 const SPP: u32 = 4;
 
@@ -44,4 +45,24 @@ fn counts_add_up_and_change_nothing_else() {
     }
     // Nothing leaves the box, so that only a lamp that is met at once ends a path without an event.
     assert!(stats.camera_counts.ended[0] * 20 < paths && stats.camera_counts.ended[4..].iter().sum::<u64>() > paths / 2);
+}
+
+#[test]
+fn bench_says_where_the_time_goes() {
+    let output = Command::new(env!("CARGO_BIN_EXE_abbe"))
+        .args(["bench", "--counts", "cornell_box", "--size", "16x16", "--json"])
+        .env("XDG_RUNTIME_DIR", std::env::temp_dir())
+        .output()
+        .unwrap();
+    let stdout = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let row: Value = serde_json::from_str(stdout.trim()).unwrap();
+    let number = |key: &str| row[key].as_f64().unwrap_or(f64::NAN);
+    assert_eq!((row["case"].as_str(), row["pass"].as_str()), (Some("cornell_box"), Some("camera")));
+    assert!(number("nodes_per_ray") >= 1.0 && number("primitives_per_ray") <= 12.0, "{row}");
+    let bytes = 80.0 * number("nodes_per_ray") + 48.0 * number("primitives_per_ray");
+    assert!((number("bytes_per_ray") / bytes - 1.0).abs() < 1e-12, "{row}");
+    assert!(number("share_of_time") > 0.0 && number("share_of_time") <= 1.0, "{row}");
+    let alive: Vec<f64> = row["alive_after_events"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+    assert!(alive[0] == 1.0 && alive.is_sorted_by(|a, b| a >= b) && alive[1] < 1.0, "{alive:?}");
 }
