@@ -82,8 +82,7 @@ pub fn plot(scene: &str, curves: &[Curve]) -> Plot {
     let curve = |(i, curve): (usize, &Curve)| {
         let slope = slope(&curve.points).map_or(String::new(), |slope| format!(", t^{slope:.2}"));
         let ratio = ratio(&curves[0].points, &curve.points).filter(|_| i > 0);
-        let ratio =
-            ratio.map_or(String::new(), |r| format!(", {}{} x", if r.at_least { "> " } else { "" }, factor(r.times_longer)));
+        let ratio = ratio.map_or(String::new(), |r| format!(", {} x", factor(r.by_efficiency)));
         plot::Curve { name: format!("{}{slope}{ratio}", curve.name), points: curve.points.clone(), errors: Vec::new() }
     };
     Plot {

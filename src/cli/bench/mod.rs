@@ -46,7 +46,8 @@ or a file beside it whose name ends in _error.exr, one draw of the standard erro
 made by --make-references come from Abbe itself: what it gets wrong in the same way each time, they do not show.
 
 The picture beside OUT.json shows relMSE of luminance over time (of all processors where the device is a CPU), the slope of its later half in
-logarithms, and how much longer each method takes to the same error as the first one.
+logarithms, and how many times each method's relMSE x time is the first one's at the end. The ratio of times to an error that both reach is
+printed besides; it is a bound where the first method's first row is better than all of the other's.
 
 --features and --scaling take their cases in turns and give the median ratio to another case. --features has the camera pass alone, --size
 256x256 unless told otherwise: its first series is the plain box with the code of features that it does not have. --counts takes times from
