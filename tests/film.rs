@@ -267,3 +267,24 @@ fn where_light_is_plenty_the_surroundings_change_little() {
         }
     }
 }
+
+#[test]
+fn batches_that_make_up_for_each_other_do_not_overstate_the_error_of_the_mean() {
+    // Every fourth batch has all the light, as where a pass has one wavelength of four: the mean is off by next to nothing.
+    let mut film = Film::new(&settings(1, 1, 1));
+    for batch in 0..256 {
+        let error = film.mean_standard_error(0);
+        assert!(batch < 2 || error.is_finite(), "batch {batch}");
+        film.add_batch_f64(&[if batch % 4 == 0 { 4.0 } else { 0.0 }; 4], 1);
+    }
+    assert_eq!(film.mean_groups(), 32);
+    assert!(film.mean_standard_error(0) < 1e-12, "{}", film.mean_standard_error(0));
+    assert!(film.standard_error(0, 0) > 0.1, "single batches do differ");
+    // Where they are independent, groups say the same as batches.
+    let (mut film, mut random) = (Film::new(&settings(1, 1, 1)), Random(6));
+    for _ in 0..1000 {
+        film.add_batch_f64(&[random.next(); 4], 1);
+    }
+    assert!((16..=32).contains(&film.mean_groups()), "{}", film.mean_groups());
+    close(film.mean_standard_error(0), film.standard_error(0, 0), 0.5, "error of the mean");
+}

@@ -11,19 +11,21 @@
 //! textbook s^2 / n.
 //!
 //! Pixels of one batch may be correlated too (they share their wavelengths), so the error of the image's mean does not follow from theirs: it is
-//! kept by itself, from the mean of each batch.
+//! kept by itself, from the means of batches.
 //!
 //! Memory: `12 (bins + 3) + 12` bytes per pixel, 288 for 20 bins. Deviations are kept in single precision: sums of squares, which cannot
 //! cancel, of as many terms as there are batches.
 
 mod errors;
 pub mod first_hits;
+mod whole;
 
 pub use errors::Errors;
 
 use crate::color::cie::is_visible;
 use crate::error::{Error, Result};
 use crate::scene::FilmSettings;
+use whole::Whole;
 
 /// A rectangle of pixels; `x` to the right and `y` downwards from the upper left corner of the film.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,19 +56,6 @@ pub struct Film {
     whole: Whole,
 }
 
-/// The mean over the image of each channel, batch by batch.
-#[derive(Debug, Clone, Default)]
-struct Whole {
-    /// Sums over the pixels of the batch under way of their means, and how many pixels these are.
-    sums: Vec<f64>,
-    pixels: usize,
-    /// As a pixel's: means, weighted sums of squared deviations, samples and batches.
-    mean: Vec<f64>,
-    deviation: Vec<f64>,
-    weight: f64,
-    batches: u32,
-}
-
 impl Film {
     /// An empty film. Aborts where memory runs out; [`Film::try_new`] says so instead.
     pub fn new(settings: &FilmSettings) -> Self {
@@ -79,12 +68,7 @@ impl Film {
             deviation: vec![0.0; pixels * channels],
             weight: vec![0.0; pixels],
             batches: vec![0; pixels],
-            whole: Whole {
-                sums: vec![0.0; channels],
-                mean: vec![0.0; channels],
-                deviation: vec![0.0; channels],
-                ..Whole::default()
-            },
+            whole: Whole::new(channels),
         }
     }
 
@@ -219,13 +203,15 @@ impl Film {
         Errors::new(self, channel)
     }
 
-    /// Standard error of the mean of a channel over all pixels, correlations between them included; infinite before the second batch.
+    /// Standard error of the mean of a channel over all pixels, correlations between them included, from [`Film::mean_groups`]; infinite before the second
+    /// batch.
     pub fn mean_standard_error(&self, channel: usize) -> f64 {
-        let whole = &self.whole;
-        if whole.batches < 2 {
-            return f64::INFINITY;
-        }
-        (whole.deviation[channel] / (f64::from(whole.batches - 1) * whole.weight)).sqrt()
+        self.whole.standard_error(channel)
+    }
+
+    /// Groups of successive batches that [`Film::mean_standard_error`] comes from: up to 32, of ever more batches.
+    pub fn mean_groups(&self) -> usize {
+        self.whole.groups()
     }
 
     /// The film's estimate of its own error: the root over pixels of the mean of `sigma^2 / (Y^2 + 0.01 <Y>^2)`, sigma and
@@ -297,20 +283,6 @@ impl Film {
             sums.iter_mut().for_each(|sum| *sum /= f64::from(count));
         }
         sums
-    }
-}
-
-impl Whole {
-    /// Takes in the means of a batch of `w` samples per pixel that every pixel has had.
-    fn finish_batch(&mut self, w: f64) {
-        self.weight += w;
-        self.batches += 1;
-        let share = w / self.weight;
-        for ((mean, deviation), sum) in self.mean.iter_mut().zip(&mut self.deviation).zip(&mut self.sums) {
-            *deviation += update(mean, *sum / self.pixels as f64, w, share);
-            *sum = 0.0;
-        }
-        self.pixels = 0;
     }
 }
 

@@ -10,7 +10,7 @@
 //! - likewise `depth.Z`, `normal.X` `normal.Y` `normal.Z`, `albedo.R` `albedo.G` `albedo.B`: what rays meet first, as the attributes
 //!   `abbe.depth`, `abbe.normal` and `abbe.albedo` explain.
 //!
-//! The attribute `abbe.meanErrors` has the standard error of every bin's mean over the image, bins in increasing order, blanks between: pixels
+//! The attribute `abbe.meanErrors` has the standard error of every bin's mean over the image, bins in increasing order, blanks between, estimated from `abbe.meanGroups` groups of batches: pixels
 //! may share part of their errors, so it does not follow from theirs.
 //!
 //! The prefixes keep what is not a spectral channel from readers of the layout, and a bare `Y` from viewers that would take the
@@ -130,6 +130,7 @@ fn attributes(film: &Film, p: &Provenance) -> Vec<(&'static str, AttributeValue)
         ("abbe.quantity", string(if p.irradiance { "irradiance W.m^-2.nm^-1" } else { "radiance W.m^-2.sr^-1.nm^-1" })),
         ("abbe.range", string(&format!("{} {} nm", bins.min_nm, bins.max_nm))),
         ("abbe.meanErrors", string(&mean_errors.join(" "))),
+        ("abbe.meanGroups", count(film.mean_groups() as u64)),
         // Counts outgrow the 32 bits of an EXR integer.
         ("abbe.seed", count(p.seed)),
         ("abbe.samples", count(film.samples_per_pixel())),
