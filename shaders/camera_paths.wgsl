@@ -90,6 +90,9 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
         ray = advance(ray, hit);
 #endif
         if (path.ended) {
+#if COUNTED
+            count_path(path.depth);
+#endif
             store_sample(first_slot + sample - params.first_sample);
             sample += 1u;
 #if GATHERED
@@ -102,4 +105,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
         }
     }
     atomicAdd(&counters[COUNTER_RAYS], rays);
+#if COUNTED
+    report_counts();
+#endif
 }

@@ -48,6 +48,9 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
         ray = advance(ray, hit);
 #endif
         if (path.ended) {
+#if COUNTED
+            count_path(path.depth);
+#endif
 #if GUIDED
             report_use();
 #endif
@@ -59,4 +62,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
         }
     }
     atomicAdd(&counters[COUNTER_RAYS], rays);
+#if COUNTED
+    report_counts();
+#endif
 }

@@ -4,6 +4,7 @@
 use crate::error::Result;
 use crate::film::Film;
 use crate::film::first_hits::{Albedo, FirstHits};
+use crate::gpu::layout::COUNTED_DEPTHS;
 use crate::scene::FilmSettings;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -44,6 +45,31 @@ pub struct BatchStats {
     pub camera_rays: u64,
     /// Time that the GPU's camera pass took, from each submission to its completion.
     pub camera_time: Duration,
+    /// Likewise, its light pass.
+    pub light_time: Duration,
+    /// What the GPU's camera pass did, where it was asked to count.
+    pub camera_counts: Counts,
+    /// Likewise, its light pass.
+    pub light_counts: Counts,
+}
+
+/// What a pass of the GPU did; all 0 but where the plan has it counted ([`crate::integrator::Plan::counted`]).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// BVH nodes tested.
+    pub nodes: u64,
+    /// Primitives tested.
+    pub primitives: u64,
+    /// Paths that ended after 0, 1, 2, ... scattering events; the last counts all longer ones, too.
+    pub ended: [u64; COUNTED_DEPTHS as usize],
+}
+
+impl std::ops::AddAssign for Counts {
+    fn add_assign(&mut self, b: Self) {
+        self.nodes += b.nodes;
+        self.primitives += b.primitives;
+        self.ended.iter_mut().zip(b.ended).for_each(|(a, b)| *a += b);
+    }
 }
 
 impl std::ops::AddAssign for BatchStats {
@@ -56,6 +82,9 @@ impl std::ops::AddAssign for BatchStats {
         self.truncated += b.truncated;
         self.camera_rays += b.camera_rays;
         self.camera_time += b.camera_time;
+        self.light_time += b.light_time;
+        self.camera_counts += b.camera_counts;
+        self.light_counts += b.light_counts;
     }
 }
 
@@ -147,7 +176,7 @@ pub fn render(
     integrator: &mut dyn Integrator,
     film: &mut Film,
     stop: &Stop,
-    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    observe: &mut dyn FnMut(&Progress, &Film) -> ControlFlow<()>,
 ) -> Result<Summary> {
     let start = Instant::now();
     let batch_spp = stop.batch_spp(film.pixels());
@@ -191,7 +220,7 @@ pub fn render(
             elapsed,
             remaining: (fraction > 0.0).then(|| Duration::try_from_secs_f64(seconds * (1.0 / fraction - 1.0)).ok()).flatten(),
         };
-        if observe(&progress).is_break() && ended.is_none() {
+        if observe(&progress, film).is_break() && ended.is_none() {
             ended = Some(Ended::Interrupted);
         }
         if let Some(ended) = ended {

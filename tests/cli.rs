@@ -1,6 +1,8 @@
 //! The command as a user meets it: what it prints, where it writes, how it fails and how it is stopped. Everything renders on the
 //! reference device, so that no adapter is needed.
 
+#[path = "cli/bench.rs"]
+mod bench;
 #[path = "cli/compare.rs"]
 mod compare;
 #[path = "cli/glass.rs"]
@@ -140,38 +142,6 @@ fn info_check_and_devices_answer() {
         assert!(text(&output.stdout).contains(says), "{arguments:?}: {}", text(&output.stdout));
     }
     assert_eq!(folder.names(), ["ball.json"]);
-}
-
-#[test]
-fn bench_compares_with_a_reference() {
-    let folder = Folder::new("bench");
-    let render = folder.run(&["render", "ball.json", "--device", "reference", "--spp", "64", "--seed", "5"]);
-    assert!(render.status.success());
-    let bench = |more: &[&str]| {
-        let output = folder.run(&[&["bench", "ball.json", "--device", "reference", "--spp", "64", "--json"], more].concat());
-        assert!(output.status.success(), "{}", text(&output.stderr));
-        serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap()
-    };
-    assert!(bench(&[])["relative_mse"].is_null());
-    // Against itself nothing but the rounding to f32 is left; against another seed, noise.
-    let same = bench(&["--reference", "ball.exr", "--seed", "5"])["relative_mse"].as_f64().unwrap();
-    let other = bench(&["--reference", "ball.exr", "--seed", "6"])["relative_mse"].as_f64().unwrap();
-    assert!(same < 1e-12, "{same}");
-    assert!(other > 1e-9 && other < 0.1, "{other}");
-    // A reference's own error is taken off; a folder holds references by the names of the scenes.
-    let references = folder.0.join("references/ball");
-    std::fs::create_dir_all(&references).unwrap();
-    std::fs::copy(folder.0.join("ball.exr"), references.join("reference.exr")).unwrap();
-    std::fs::copy(folder.0.join("ball.exr"), references.join("reference_error.exr")).unwrap();
-    let net = bench(&["--reference", "references", "--seed", "5"]);
-    assert!(net["relative_mse"].as_f64().unwrap() < -0.01, "{net}");
-    assert!(net["relative_mse_bins"].as_f64().unwrap() < -0.1, "{net}");
-    assert!(net["camera_rays_per_second"].is_null(), "the reference has no camera pass");
-    fails(
-        &folder,
-        &["bench", "ball.json", "--device", "reference", "--channels", "5", "--reference", "ball.exr", "--json"],
-        &["does not match"],
-    );
 }
 
 #[test]

@@ -87,12 +87,12 @@ fn what_is_written_is_read_back() {
             for b in 0..film.bins() {
                 assert_eq!(image.pixel(pixel)[b], film.bin(pixel, b) as f32);
                 let error = format!("error.{}", &channel_name(film.settings().bins.centre_nm(b as u32))[3..]);
-                assert_eq!(image.other(&error).unwrap()[pixel], film.standard_error(pixel, b) as f32);
+                assert_eq!(image.other(&error).unwrap()[pixel], film.errors(b).standard_error(pixel) as f32);
             }
             for (name, c) in [("XYZ.X", 0), ("XYZ.Y", 1), ("XYZ.Z", 2)] {
                 assert_eq!(image.other(name).unwrap()[pixel], film.xyz(pixel)[c] as f32);
             }
-            assert_eq!(image.other("error.Y").unwrap()[pixel], film.luminance_standard_error(pixel) as f32);
+            assert_eq!(image.other("error.Y").unwrap()[pixel], film.errors(film.bins() + 1).standard_error(pixel) as f32);
         }
         for (b, nm) in image.wavelengths_nm.iter().enumerate() {
             assert!((nm - film.settings().bins.centre_nm(b as u32)).abs() < 1e-6);

@@ -100,3 +100,19 @@ fn text_cannot_break_the_document() {
     assert!(svg.contains("a &lt; b &amp; &quot;c&quot;&lt;/svg&gt;"));
     assert_eq!(svg.matches("</svg>").count(), 1);
 }
+
+#[test]
+fn panels_of_a_grid_stand_side_by_side_and_share_no_names() {
+    let svg = abbe::output::plot::grid(&[plot(&[(0.0, 1.0), (1.0, 2.0)]), plot(&[(5.0, 1.0), (6.0, 2.0)]), plot(&[])], 2);
+    let starts: Vec<&str> = svg.lines().filter(|line| line.starts_with("<svg")).collect();
+    assert!(starts[0].contains(r#"width="1600" height="960""#), "{}", starts[0]);
+    for (panel, place) in starts[1..].iter().zip([r#"x="0" y="0""#, r#"x="800" y="0""#, r#"x="0" y="480""#]) {
+        assert!(panel.contains(place), "{panel} is not at {place}");
+    }
+    let mut names: Vec<&str> = svg.split(" id=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+    let all = names.len();
+    names.sort();
+    names.dedup();
+    assert_eq!((names.len(), all), (3, 3), "{names:?}");
+    assert_eq!(lines(&svg).len(), 2);
+}

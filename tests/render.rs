@@ -42,7 +42,7 @@ impl Integrator for Fake {
 }
 
 fn run(fake: &mut Fake, film: &mut Film, stop: Stop) -> abbe::render::Summary {
-    render(fake, film, &stop, &mut |_| ControlFlow::Continue(())).unwrap()
+    render(fake, film, &stop, &mut |_, _| ControlFlow::Continue(())).unwrap()
 }
 
 #[test]
@@ -104,7 +104,7 @@ fn the_error_stops_the_render_but_never_before_sixteen_batches() {
 #[test]
 fn the_observer_sees_every_batch_and_can_stop() {
     let (mut film, mut fractions) = (film(4), Vec::new());
-    let summary = render(&mut Fake::default(), &mut film, &Stop { spp: Some(160), ..Stop::default() }, &mut |p: &Progress| {
+    let summary = render(&mut Fake::default(), &mut film, &Stop { spp: Some(160), ..Stop::default() }, &mut |p: &Progress, _| {
         fractions.push(p.fraction);
         if fractions.len() == 4 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })
@@ -117,7 +117,7 @@ fn the_observer_sees_every_batch_and_can_stop() {
 fn a_failing_device_leaves_the_batches_before() {
     let mut film = film(4);
     let mut fake = Fake { fails_at: Some(3), ..Fake::default() };
-    let failed = render(&mut fake, &mut film, &Stop::default(), &mut |_| ControlFlow::Continue(()));
+    let failed = render(&mut fake, &mut film, &Stop::default(), &mut |_, _| ControlFlow::Continue(()));
     assert!(failed.is_err_and(|e| e.to_string().contains("the device is gone")));
     assert_eq!(film.batches(), 3);
 }

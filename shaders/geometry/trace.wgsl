@@ -5,6 +5,10 @@
 #include "geometry/intersect_quadric.wgsl"
 #endif
 
+#if COUNTED
+#include "common/counts.wgsl"
+#endif
+
 struct Ray {
     o: vec3f,
     t_max: f32,
@@ -126,6 +130,9 @@ fn trace(ray: Ray) -> Hit {
                 depth += 1u;
             }
             let slot = (bit - 24u) ^ (oct_inv4 & 0xffu);
+#if COUNTED
+            nodes_tested += 1u;
+#endif
             let at = 5u * (base + countOneBits(imask & ~(0xffffffffu << slot)));
             let n0 = fetch(bvh, at);
             let n1 = fetch(bvh, at + 1u);
@@ -150,6 +157,9 @@ fn trace(ray: Ray) -> Hit {
         while (primitives_left.y != 0u) {
             let bit = firstTrailingBit(primitives_left.y);
             primitives_left.y &= primitives_left.y - 1u;
+#if COUNTED
+            primitives_tested += 1u;
+#endif
             intersect_primitive(ray, primitives_left.x + bit, &hit);
         }
         if (ray.any_hit && hit.primitive != NONE) {

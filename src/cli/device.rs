@@ -50,6 +50,8 @@ pub struct Device {
     pub integrator: Box<dyn Renderer>,
     /// Its name, with the driver's.
     pub name: String,
+    /// It has no processor of its own.
+    pub on_cpu: bool,
 }
 
 /// A field of [`Techniques`].
@@ -78,6 +80,13 @@ fn light_paths(text: &str) -> std::result::Result<f64, String> {
     if (0.001..=1000.0).contains(&n) { Ok(n) } else { Err("must be between 0.001 and 1000".to_string()) }
 }
 
+impl TechniqueArgs {
+    /// The same but for these.
+    pub fn but(&self, without: &[Technique]) -> Self {
+        Self { without: [&self.without, without].concat(), ..self.clone() }
+    }
+}
+
 impl From<&TechniqueArgs> for Techniques {
     fn from(args: &TechniqueArgs) -> Self {
         let has = |t: Technique| !args.without.contains(&t);
@@ -99,12 +108,17 @@ pub fn open(scene: &Scene, name: Option<&str>, seed: u64, args: &TechniqueArgs) 
             Estimator::Forward => "forward",
         };
         let integrator = ReferenceIntegrator::new(scene, scene.reference, seed)?;
-        return Ok(Device { integrator: Box::new(integrator), name: format!("reference ({estimator}, double precision)") });
+        return Ok(Device {
+            integrator: Box::new(integrator),
+            name: format!("reference ({estimator}, double precision)"),
+            on_cpu: true,
+        });
     }
     let mut integrator = GpuIntegrator::with(scene, name, seed, args.into())?;
     if let Some(n) = args.light_paths {
         integrator.set_light_paths(n);
     }
-    let name = integrator.adapter().to_string();
-    Ok(Device { integrator: Box::new(integrator), name })
+    let adapter = integrator.adapter();
+    let (name, on_cpu) = (adapter.to_string(), adapter.is_cpu());
+    Ok(Device { integrator: Box::new(integrator), name, on_cpu })
 }

@@ -6,7 +6,6 @@
 
 mod bands;
 mod bench;
-mod bench_scenes;
 mod compare;
 mod develop;
 mod device;

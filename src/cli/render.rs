@@ -116,7 +116,7 @@ pub fn run(args: &Args) -> Outcome {
     interrupt::heed();
     let bar = Bar::new(!talkative);
     let (start, mut stats) = (Instant::now(), BatchStats::default());
-    let rendered = render(device.integrator.as_mut(), &mut film, &args.stop.into(), &mut |p| {
+    let rendered = render(device.integrator.as_mut(), &mut film, &args.stop.into(), &mut |p, _| {
         bar.update(p);
         stats = p.stats;
         if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -190,7 +190,7 @@ fn output_paths(args: &Args) -> Result<(PathBuf, PathBuf)> {
 }
 
 /// Area of an irradiance sensor in m^2; `None` for a camera.
-fn sensor_area(sensor: &Sensor) -> Option<f64> {
+pub fn sensor_area(sensor: &Sensor) -> Option<f64> {
     match sensor {
         Sensor::IrradiancePlane { edge_u, edge_v, .. } => Some(edge_u.cross(*edge_v).length()),
         Sensor::IrradianceSphere { radius, .. } => Some(4.0 * std::f64::consts::PI * radius * radius),

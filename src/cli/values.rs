@@ -69,6 +69,11 @@ pub fn svg(text: &str) -> Result<PathBuf, String> {
     with_ending(text, "svg")
 }
 
+/// A path of a JSON file.
+pub fn json(text: &str) -> Result<PathBuf, String> {
+    with_ending(text, "json")
+}
+
 /// A path of a PNG file.
 pub fn png(text: &str) -> Result<PathBuf, String> {
     with_ending(text, "png")

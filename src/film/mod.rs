@@ -11,15 +11,21 @@
 //! textbook s^2 / n.
 //!
 //! Pixels of one batch may be correlated too (they share their wavelengths), so the error of the image's mean does not follow from theirs: it is
-//! kept by itself, from the mean of each batch.
+//! kept by itself, from the means of batches.
 //!
-//! Memory: `16 (bins + 3) + 12` bytes per pixel, 380 for 20 bins.
+//! Memory: `12 (bins + 3) + 12` bytes per pixel, 288 for 20 bins. Deviations are kept in single precision: sums of squares, which cannot
+//! cancel, of as many terms as there are batches.
 
+mod errors;
 pub mod first_hits;
+mod whole;
+
+pub use errors::Errors;
 
 use crate::color::cie::is_visible;
 use crate::error::{Error, Result};
 use crate::scene::FilmSettings;
+use whole::Whole;
 
 /// A rectangle of pixels; `x` to the right and `y` downwards from the upper left corner of the film.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,25 +48,12 @@ pub struct Film {
     /// Means, `[pixel][channel]`.
     mean: Vec<f64>,
     /// Weighted sums of squared deviations, `[pixel][channel]`.
-    deviation: Vec<f64>,
+    deviation: Vec<f32>,
     /// Samples so far, per pixel.
     weight: Vec<f64>,
     /// Batches so far, per pixel.
     batches: Vec<u32>,
     whole: Whole,
-}
-
-/// The mean over the image of each channel, batch by batch.
-#[derive(Debug, Clone, Default)]
-struct Whole {
-    /// Sums over the pixels of the batch under way of their means, and how many pixels these are.
-    sums: Vec<f64>,
-    pixels: usize,
-    /// As a pixel's: means, weighted sums of squared deviations, samples and batches.
-    mean: Vec<f64>,
-    deviation: Vec<f64>,
-    weight: f64,
-    batches: u32,
 }
 
 impl Film {
@@ -75,12 +68,7 @@ impl Film {
             deviation: vec![0.0; pixels * channels],
             weight: vec![0.0; pixels],
             batches: vec![0; pixels],
-            whole: Whole {
-                sums: vec![0.0; channels],
-                mean: vec![0.0; channels],
-                deviation: vec![0.0; channels],
-                ..Whole::default()
-            },
+            whole: Whole::new(channels),
         }
     }
 
@@ -102,7 +90,7 @@ impl Film {
     /// Bytes that a film of these settings takes.
     pub fn bytes(settings: &FilmSettings) -> u64 {
         let pixels = u64::from(settings.width) * u64::from(settings.height);
-        pixels.saturating_mul(16 * (u64::from(settings.bins.count) + 3) + 12)
+        pixels.saturating_mul(12 * (u64::from(settings.bins.count) + 3) + 12)
     }
 
     /// Adds one batch to the pixels of `tile`. `sums` holds `[pixel][bins + 3]` sums over the batch's `spp` samples of each bin's
@@ -145,7 +133,7 @@ impl Film {
         for (((mean, deviation), sum), whole) in mean.iter_mut().zip(deviation).zip(sums).zip(&mut self.whole.sums) {
             let x = sum / w;
             *whole += x;
-            update(mean, deviation, x, w, share);
+            *deviation += update(mean, x, w, share) as f32;
         }
         self.whole.pixels += 1;
         if self.whole.pixels == self.weight.len() {
@@ -194,32 +182,40 @@ impl Film {
         (0..self.pixels()).map(|pixel| self.xyz(pixel).map(|v| v as f32)).collect()
     }
 
-    /// Standard error of the mean of a pixel's channel (bins, then X, Y, Z); infinite before the second batch.
+    /// Standard error of the mean of a pixel's channel (bins, then X, Y, Z) from its own batches; infinite before the second one. While a pixel has
+    /// found little light, [`Film::errors`] know better.
     pub fn standard_error(&self, pixel: usize, channel: usize) -> f64 {
+        self.variance(pixel, channel).sqrt()
+    }
+
+    /// The square of [`Film::standard_error`].
+    fn variance(&self, pixel: usize, channel: usize) -> f64 {
         let n = self.batches[pixel];
         if n < 2 {
             return f64::INFINITY;
         }
         let deviation = self.deviation[pixel * self.channels..(pixel + 1) * self.channels][channel];
-        (deviation / (f64::from(n - 1) * self.weight[pixel])).sqrt()
+        f64::from(deviation) / (f64::from(n - 1) * self.weight[pixel])
     }
 
-    /// Standard error of the mean of a channel over all pixels, correlations between them included; infinite before the second batch.
+    /// Standard errors of a channel's pixels with what is known of their surroundings.
+    pub fn errors(&self, channel: usize) -> Errors<'_> {
+        Errors::new(self, channel)
+    }
+
+    /// Standard error of the mean of a channel over all pixels, correlations between them included, from [`Film::mean_groups`]; infinite before the second
+    /// batch.
     pub fn mean_standard_error(&self, channel: usize) -> f64 {
-        let whole = &self.whole;
-        if whole.batches < 2 {
-            return f64::INFINITY;
-        }
-        (whole.deviation[channel] / (f64::from(whole.batches - 1) * whole.weight)).sqrt()
+        self.whole.standard_error(channel)
     }
 
-    /// Standard error of a pixel's Y.
-    pub fn luminance_standard_error(&self, pixel: usize) -> f64 {
-        self.standard_error(pixel, self.bins() + 1)
+    /// Groups of successive batches that [`Film::mean_standard_error`] comes from: up to 32, of ever more batches.
+    pub fn mean_groups(&self) -> usize {
+        self.whole.groups()
     }
 
-    /// The film's estimate of its own error: the root over pixels of the mean of `sigma^2 / (Y^2 + 0.01 <Y>^2)`, sigma being the
-    /// standard error of Y and `<Y>` its mean over the film; the second term keeps dark pixels from ruling. Where the bins are not visible, likewise
+    /// The film's estimate of its own error: the root over pixels of the mean of `sigma^2 / (Y^2 + 0.01 <Y>^2)`, sigma and
+    /// Y being what is expected of a pixel ([`Errors`]) and `<Y>` the mean over the film; the second term keeps dark pixels from ruling. Where the bins are not visible, likewise
     /// over all of them in place of Y. Infinite before the second batch, and for a black film, which says nothing about itself.
     pub fn relative_error(&self) -> f64 {
         let (bins, range) = (self.bins(), self.settings.bins);
@@ -231,12 +227,15 @@ impl Film {
     /// The mean over pixels of a channel's squared error, as in [`Film::relative_error`]; `None` if it is black.
     fn squared_relative_error(&self, channel: usize) -> Option<f64> {
         let mean = self.mean_of(channel);
-        let floor = 0.01 * mean * mean;
+        if mean == 0.0 {
+            return None;
+        }
+        let (errors, floor) = (self.errors(channel), 0.01 * mean * mean);
         let square = |pixel: usize| {
-            let (sigma, value) = (self.standard_error(pixel, channel), self.pixel(pixel)[channel]);
-            if sigma == 0.0 { 0.0 } else { sigma * sigma / (value * value + floor) }
+            let (value, variance) = errors.expected(pixel);
+            variance / (value * value + floor)
         };
-        (mean != 0.0).then(|| (0..self.pixels()).map(square).sum::<f64>() / self.pixels() as f64)
+        Some((0..self.pixels()).map(square).sum::<f64>() / self.pixels() as f64)
     }
 
     /// Mean of a channel over all pixels.
@@ -287,23 +286,9 @@ impl Film {
     }
 }
 
-impl Whole {
-    /// Takes in the means of a batch of `w` samples per pixel that every pixel has had.
-    fn finish_batch(&mut self, w: f64) {
-        self.weight += w;
-        self.batches += 1;
-        let share = w / self.weight;
-        for ((mean, deviation), sum) in self.mean.iter_mut().zip(&mut self.deviation).zip(&mut self.sums) {
-            update(mean, deviation, *sum / self.pixels as f64, w, share);
-            *sum = 0.0;
-        }
-        self.pixels = 0;
-    }
-}
-
-/// West's recurrence for one more value `x` of weight `w`, which is `share` of all weights so far.
-fn update(mean: &mut f64, deviation: &mut f64, x: f64, w: f64, share: f64) {
+/// West's recurrence for one more value `x` of weight `w`, which is `share` of all weights so far: what the sum of squared deviations grows by.
+fn update(mean: &mut f64, x: f64, w: f64, share: f64) -> f64 {
     let delta = x - *mean;
     *mean += share * delta;
-    *deviation += w * delta * (x - *mean);
+    w * delta * (x - *mean)
 }

@@ -26,6 +26,11 @@ impl AdapterInfo {
             kind: format!("{:?}", info.device_type),
         }
     }
+
+    /// It computes on the processors that run this program.
+    pub fn is_cpu(&self) -> bool {
+        self.kind == format!("{:?}", wgpu::DeviceType::Cpu)
+    }
 }
 
 impl fmt::Display for AdapterInfo {

@@ -116,12 +116,20 @@ shared_constants! {
     COUNTER_TRUNCATED = 3;
     /// Splats too large for the fixed-point film.
     COUNTER_SATURATED = 4;
+    /// BVH nodes tested, where that is counted.
+    COUNTER_NODES = 5;
+    /// Primitives tested, likewise.
+    COUNTER_PRIMITIVES = 6;
+    /// Paths ended, by their scattering events: the first of [`COUNTED_DEPTHS`], likewise.
+    COUNTER_ENDED = 7;
+    /// The last of these counts all longer ones, too.
+    COUNTED_DEPTHS = 16;
     /// Quanta of X, Y, Z are this much larger than those of bins, as their values are.
     XYZ_RATIO = 13660;
 }
 
 /// Number of counters.
-pub const COUNTERS: usize = 5;
+pub const COUNTERS: usize = (COUNTER_ENDED + COUNTED_DEPTHS) as usize;
 
 shared_records! {
     /// Uniforms of a dispatch of the camera pass.

@@ -10,11 +10,12 @@ use crate::film::first_hits::{Albedo, FirstHits};
 use crate::film::{Film, Tile};
 use crate::geometry::{Bounds, bounds_of_all};
 use crate::gpu::layout::{
-    COUNTER_NEGATIVE, COUNTER_NOT_FINITE, COUNTER_RAYS, COUNTER_SATURATED, COUNTER_TRUNCATED, COUNTERS, Params, XYZ_RATIO,
+    COUNTER_ENDED, COUNTER_NEGATIVE, COUNTER_NODES, COUNTER_NOT_FINITE, COUNTER_PRIMITIVES, COUNTER_RAYS, COUNTER_SATURATED,
+    COUNTER_TRUNCATED, COUNTERS, Params, XYZ_RATIO,
 };
 use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, Resource, ranks};
 use crate::reference::initial_interiors;
-use crate::render::{BatchStats, Integrator, Renderer};
+use crate::render::{BatchStats, Counts, Integrator, Renderer};
 use crate::scene::{Bins, Filter, Scene, Sensor};
 use crate::spectrum::library::{Observer, observer};
 use glam::{DVec3, Vec4};
@@ -76,9 +77,16 @@ impl GpuIntegrator {
     /// # Errors
     /// As [`GpuIntegrator::new`].
     pub fn with(scene: &Scene, device: Option<&str>, seed: u64, techniques: Techniques) -> Result<Self> {
+        Self::with_plan(scene, device, seed, Plan::new(scene, techniques))
+    }
+
+    /// Likewise, with what is in the plan, needed or not.
+    ///
+    /// # Errors
+    /// As [`GpuIntegrator::new`].
+    pub fn with_plan(scene: &Scene, device: Option<&str>, seed: u64, plan: Plan) -> Result<Self> {
         let gpu = Gpu::open(device)?;
-        let plan = Plan::new(scene, techniques);
-        let gpu_scene = GpuScene::new(&gpu, scene, techniques.guiding)?;
+        let gpu_scene = GpuScene::new(&gpu, scene, plan.techniques.guiding)?;
         let tile = tiles(&gpu, &plan, scene.film.width, scene.film.height)[0];
         let gather = if plan.has("GATHERED") { Some(Gather::new(&gpu, &plan, scene, tile, PASSES_PER_DISPATCH)?) } else { None };
         let heads = gather.as_ref().map_or(0, |g| g.heads.size() / 4);
@@ -259,10 +267,12 @@ impl GpuIntegrator {
                 ..self.params
             };
             let job = Job { gpu: &self.gpu, uniforms: &self.uniforms, counters: &self.counters, resources: &resources, params };
-            let (camera, time) = job.run(&mut self.camera, tile.width.div_ceil(8) * tile.height.div_ceil(8))?;
-            stats += BatchStats { camera_rays: camera.rays, camera_time: time, ..camera };
+            let (camera, camera_counts, camera_time) =
+                job.run(&mut self.camera, tile.width.div_ceil(8) * tile.height.div_ceil(8))?;
+            stats += BatchStats { camera_rays: camera.rays, camera_time, camera_counts, ..camera };
             if let Some(light) = &mut self.light {
-                stats += job.run(light, self.params.light_paths.div_ceil(64))?.0;
+                let (light, light_counts, light_time) = job.run(light, self.params.light_paths.div_ceil(64))?;
+                stats += BatchStats { light_time, light_counts, ..light };
             }
         }
         let mut sums: Vec<f32> = self.gpu.read(&sums, bytes(values) / 2)?;
@@ -381,9 +391,9 @@ pub(super) struct Job<'a> {
 
 impl Job<'_> {
     /// Runs `groups` workgroups of `pass`, in dispatches of about [`DISPATCH_TIME`]. Returns the counts and the time spent in dispatches.
-    pub(super) fn run(&self, pass: &mut Pass, groups: u32) -> Result<(BatchStats, Duration)> {
+    pub(super) fn run(&self, pass: &mut Pass, groups: u32) -> Result<(BatchStats, Counts, Duration)> {
         let bindings = pass.kernels.iter().map(|k| k.bind(self.gpu, self.resources)).collect::<Result<Vec<_>>>()?;
-        let (mut stats, mut time) = (BatchStats::default(), Duration::ZERO);
+        let (mut stats, mut counts, mut time) = (BatchStats::default(), Counts::default(), Duration::ZERO);
         let mut first = 0;
         while first < groups {
             let now = pass.groups.min(groups - first);
@@ -414,8 +424,10 @@ impl Job<'_> {
                 truncated: at(COUNTER_TRUNCATED),
                 ..Default::default()
             };
+            let ended = std::array::from_fn(|depth| at(COUNTER_ENDED + depth as u32));
+            counts += Counts { nodes: at(COUNTER_NODES), primitives: at(COUNTER_PRIMITIVES), ended };
         }
-        Ok((stats, time))
+        Ok((stats, counts, time))
     }
 }
 

@@ -142,6 +142,7 @@ impl Plan {
             ("CROSSINGS", joined && !camera),
             ("CHANCE", techniques.chance_hits),
             ("LIGHT_SAMPLES", lights && techniques.light_samples),
+            ("COUNTED", false),
         ]);
         let variant = |light_paths: bool| {
             let connects =
@@ -168,6 +169,14 @@ impl Plan {
         }
     }
 
+    /// The same, and the passes count what they do ([`crate::render::Counts`]), which takes time of its own.
+    pub fn counted(mut self) -> Self {
+        for features in std::iter::once(&mut self.camera).chain(&mut self.light) {
+            features.insert("COUNTED", true);
+        }
+        self
+    }
+
     /// The axes of [`super::guide`] along which light paths from so many lights are guided, if they are, and those that aim (light/emit.wgsl).
     pub(super) fn guides(&self, lights: usize) -> Option<[[bool; super::guide::AXES]; 2]> {
         let distant = self.has("LIGHT_ENVIRONMENT");
@@ -185,7 +194,7 @@ impl Plan {
     /// The features of the pass of first hits, which follows no paths.
     pub fn first_hits(&self) -> Features {
         let mut features = self.camera.clone();
-        features.insert("CAMERA_PATHS", false);
+        features.extend([("CAMERA_PATHS", false), ("COUNTED", false)]);
         features
     }
 

@@ -15,6 +15,8 @@ pub struct Measurement {
     pub dof: f64,
     /// Standard errors of the mean of every wavelength over all pixels, correlations between pixels included.
     pub mean_errors: Option<Vec<f64>>,
+    /// Degrees of freedom of each of [`Measurement::mean_errors`].
+    pub mean_dof: f64,
 }
 
 impl Measurement {
@@ -30,9 +32,11 @@ impl Measurement {
                 text.split(' ').map(|t| t.parse().ok().filter(|e: &f64| e.is_finite())).collect::<Option<_>>()?;
             (errors.len() == image.bins()).then_some(errors)
         });
-        let batches: Option<f64> = image.attribute("abbe.batches").and_then(|n| n.parse().ok());
+        let dof = |groups: &str| image.attribute(groups).and_then(|n| n.parse().ok()).map_or(f64::INFINITY, |n: f64| n - 1.0);
+        let batches_dof = dof("abbe.batches");
+        let mean_dof = dof("abbe.meanGroups").min(batches_dof);
         if let Some(errors) = image.errors() {
-            return Ok(Measurement { image, errors: Some(errors), dof: batches.map_or(f64::INFINITY, |n| n - 1.0), mean_errors });
+            return Ok(Measurement { image, errors: Some(errors), dof: batches_dof, mean_errors, mean_dof });
         }
         let mut name = path.file_stem().unwrap_or_default().to_os_string();
         name.push("_error.exr");
@@ -46,8 +50,8 @@ impl Measurement {
         } else {
             None
         };
-        let dof = if errors.is_some() { 1.0 } else { batches.map_or(f64::INFINITY, |n| n - 1.0) };
-        Ok(Measurement { image, errors, dof, mean_errors })
+        let dof = if errors.is_some() { 1.0 } else { batches_dof };
+        Ok(Measurement { image, errors, dof, mean_errors, mean_dof })
     }
 
     /// Of every pixel, the sum over `weights`, pairs of a wavelength's index and its factor.
@@ -77,7 +81,7 @@ impl Measurement {
             (sum / (pixels * pixels), if squares > 0.0 { self.dof * sum * sum / squares } else { f64::INFINITY })
         };
         let error = match (&self.mean_errors, &self.errors) {
-            (Some(errors), _) => Some((errors[bin].powi(2), self.dof)),
+            (Some(errors), _) => Some((errors[bin].powi(2), self.mean_dof)),
             (None, errors) => errors.as_ref().map(of_pixels),
         };
         (mean, error)

@@ -6,11 +6,11 @@
 //! - `R`, `G`, `B`: linear sRGB for viewers, the film's XYZ times 2^`EV`, where at `EV` 0 the equal-energy spectrum of 1 W m^-2
 //!   sr^-1 nm^-1 has luminance 1, as in [`crate::color::picture`];
 //! - `XYZ.X`, `XYZ.Y`, `XYZ.Z`: CIE 1931 in cd m^-2 (or lx), accumulated at the sampled wavelengths;
-//! - on request ([`Aovs`]): `error.Y`, the standard error of `XYZ.Y`, and `error.390,000000nm`, that of the bin;
+//! - on request ([`Aovs`]): `error.Y`, the standard error of `XYZ.Y`, and `error.390,000000nm`, that of the bin (see [`Errors`]);
 //! - likewise `depth.Z`, `normal.X` `normal.Y` `normal.Z`, `albedo.R` `albedo.G` `albedo.B`: what rays meet first, as the attributes
 //!   `abbe.depth`, `abbe.normal` and `abbe.albedo` explain.
 //!
-//! The attribute `abbe.meanErrors` has the standard error of every bin's mean over the image, bins in increasing order, blanks between: pixels
+//! The attribute `abbe.meanErrors` has the standard error of every bin's mean over the image, bins in increasing order, blanks between, estimated from `abbe.meanGroups` groups of batches: pixels
 //! may share part of their errors, so it does not follow from theirs.
 //!
 //! The prefixes keep what is not a spectral channel from readers of the layout, and a bare `Y` from viewers that would take the
@@ -22,8 +22,8 @@ use crate::color::cie::xyz_of_unit;
 use crate::color::convert::linear_srgb_of_xyz;
 use crate::color::space::Space;
 use crate::error::Result;
-use crate::film::Film;
 use crate::film::first_hits::FirstHits;
+use crate::film::{Errors, Film};
 use crate::render::BatchStats;
 use crate::spectrum::library::Observer;
 use exr::block::{BlockIndex, UncompressedBlock};
@@ -130,6 +130,7 @@ fn attributes(film: &Film, p: &Provenance) -> Vec<(&'static str, AttributeValue)
         ("abbe.quantity", string(if p.irradiance { "irradiance W.m^-2.nm^-1" } else { "radiance W.m^-2.sr^-1.nm^-1" })),
         ("abbe.range", string(&format!("{} {} nm", bins.min_nm, bins.max_nm))),
         ("abbe.meanErrors", string(&mean_errors.join(" "))),
+        ("abbe.meanGroups", count(film.mean_groups() as u64)),
         // Counts outgrow the 32 bits of an EXR integer.
         ("abbe.seed", count(p.seed)),
         ("abbe.samples", count(film.samples_per_pixel())),
@@ -171,17 +172,17 @@ fn descriptions(aovs: &Aovs) -> Vec<(&'static str, AttributeValue)> {
 }
 
 /// What a channel of the file shows.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 enum Source<'a> {
     Mean(usize),
-    Error(usize),
+    Error(Errors<'a>),
     Rgb(usize),
     Depth(&'a FirstHits),
     Normal(&'a FirstHits, usize),
     Albedo(&'a FirstHits, usize),
 }
 
-fn channels<'a>(film: &Film, aovs: &Aovs<'a>) -> Vec<(String, Source<'a>)> {
+fn channels<'a>(film: &'a Film, aovs: &Aovs<'a>) -> Vec<(String, Source<'a>)> {
     let (bins, settings) = (film.bins(), film.settings());
     let mut list = vec![
         ("R".to_string(), Source::Rgb(0)),
@@ -194,8 +195,8 @@ fn channels<'a>(film: &Film, aovs: &Aovs<'a>) -> Vec<(String, Source<'a>)> {
     let centre = |b: usize| settings.bins.centre_nm(b as u32);
     list.extend((0..bins).map(|b| (channel_name(centre(b)), Source::Mean(b))));
     if aovs.errors {
-        list.push(("error.Y".to_string(), Source::Error(bins + 1)));
-        list.extend((0..bins).map(|b| (error_channel_name(centre(b)), Source::Error(b))));
+        list.push(("error.Y".to_string(), Source::Error(film.errors(bins + 1))));
+        list.extend((0..bins).map(|b| (error_channel_name(centre(b)), Source::Error(film.errors(b)))));
     }
     list.extend(aovs.depth.map(|first| ("depth.Z".to_string(), Source::Depth(first))));
     for i in 0..3 {
@@ -215,13 +216,13 @@ struct FilmChannels<'a> {
 }
 
 impl FilmChannels<'_> {
-    fn value(&self, pixel: usize, source: Source) -> f32 {
-        match source {
+    fn value(&self, pixel: usize, source: &Source) -> f32 {
+        match *source {
             Source::Depth(first) => first.depth(pixel),
             Source::Normal(first, i) => first.normal(pixel)[i],
             Source::Albedo(first, i) => first.albedo(pixel)[i],
             Source::Mean(channel) => self.film.pixel(pixel)[channel] as f32,
-            Source::Error(channel) => self.film.standard_error(pixel, channel) as f32,
+            Source::Error(ref errors) => errors.standard_error(pixel) as f32,
             Source::Rgb(c) => (linear_srgb_of_xyz(self.film.xyz(pixel))[c] * self.gain) as f32,
         }
     }
@@ -250,7 +251,7 @@ impl ChannelsWriter for &FilmChannels<'_> {
         UncompressedBlock::collect_block_data_from_lines(&header.channels, block, |line| {
             let at = line.location;
             let first = at.position.y() * width + at.position.x();
-            let source = self.channels[at.channel].1;
+            let source = &self.channels[at.channel].1;
             for (bytes, pixel) in line.value.chunks_exact_mut(4).zip(first..first + at.sample_count) {
                 bytes.copy_from_slice(&self.value(pixel, source).to_ne_bytes());
             }

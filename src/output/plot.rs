@@ -56,6 +56,11 @@ pub struct Curve {
 impl Plot {
     /// The picture, an SVG document of 800 x 480 units on white. Without a point to draw it shows empty axes.
     pub fn svg(&self) -> String {
+        self.panel(0, (0.0, 0.0))
+    }
+
+    /// The picture as panel number `id` at `place` of another.
+    fn panel(&self, id: usize, place: (f64, f64)) -> String {
         let points = || self.curves.iter().flat_map(|c| c.points.iter().copied());
         let bars = || self.curves.iter().flat_map(|c| &c.errors).flat_map(|&(x, y, e)| [(x, y - e), (x, y + e)]);
         let all = || points().chain(bars());
@@ -64,26 +69,28 @@ impl Plot {
 
         let mut svg = String::new();
         // Writing to a string cannot fail.
-        let _ = self.draw(&mut svg, &x, &y);
+        let _ = self.draw(&mut svg, (id, place), &x, &y);
         svg
     }
 
-    fn draw(&self, svg: &mut String, x: &Scale, y: &Scale) -> std::fmt::Result {
+    fn draw(&self, svg: &mut String, (id, place): (usize, (f64, f64)), x: &Scale, y: &Scale) -> std::fmt::Result {
         let (width, height) = SIZE;
         writeln!(
             svg,
-            r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="13">
+            r#"<svg xmlns="http://www.w3.org/2000/svg" x="{}" y="{}" width="{width}" height="{height}" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="13">
 <rect width="{width}" height="{height}" fill="white"/>
-<clipPath id="area"><rect x="{LEFT}" y="{TOP}" width="{}" height="{}"/></clipPath>"#,
+<clipPath id="area{id}"><rect x="{LEFT}" y="{TOP}" width="{}" height="{}"/></clipPath>"#,
+            place.0,
+            place.1,
             x.to.1 - x.to.0,
             height - TOP - BOTTOM
         )?;
-        self.draw_fill(svg, x, y)?;
+        self.draw_fill(svg, id, x, y)?;
         self.draw_axes(svg, x, y)?;
         for (curve, color) in self.curves.iter().zip(COLORS.iter().cycle()) {
             writeln!(
                 svg,
-                r#"<g fill="none" stroke="{color}" stroke-width="1.6" stroke-linejoin="round" clip-path="url(#area)">"#
+                r#"<g fill="none" stroke="{color}" stroke-width="1.6" stroke-linejoin="round" clip-path="url(#area{id})">"#
             )?;
             for line in runs(&curve.points, x, y) {
                 writeln!(svg, r#"<polyline points="{}"/>"#, join(&line))?;
@@ -100,14 +107,14 @@ impl Plot {
         writeln!(svg, "</svg>")
     }
 
-    fn draw_fill(&self, svg: &mut String, x: &Scale, y: &Scale) -> std::fmt::Result {
+    fn draw_fill(&self, svg: &mut String, id: usize, x: &Scale, y: &Scale) -> std::fmt::Result {
         let (Some(curve), Some(first), Some(last)) = (self.curves.first(), self.fill.first(), self.fill.last()) else {
             return Ok(());
         };
         let (Some(left), Some(right)) = (x.place(first.0), x.place(last.0)) else { return Ok(()) };
         writeln!(
             svg,
-            r#"<linearGradient id="fill" gradientUnits="userSpaceOnUse" x1="{left:.1}" x2="{right:.1}" y1="0" y2="0">"#
+            r#"<linearGradient id="fill{id}" gradientUnits="userSpaceOnUse" x1="{left:.1}" x2="{right:.1}" y1="0" y2="0">"#
         )?;
         for (at, color) in &self.fill {
             let offset = x.place(*at).map_or(0.0, |at| (at - left) / (right - left));
@@ -120,7 +127,7 @@ impl Plot {
                 let points = join(&line);
                 writeln!(
                     svg,
-                    r#"<polygon fill="url(#fill)" fill-opacity="0.75" clip-path="url(#area)" points="{from:.1},{base:.1} {points} {to:.1},{base:.1}"/>"#
+                    r#"<polygon fill="url(#fill{id})" fill-opacity="0.75" clip-path="url(#area{id})" points="{from:.1},{base:.1} {points} {to:.1},{base:.1}"/>"#
                 )?;
             }
         }
@@ -167,6 +174,17 @@ impl Plot {
         }
         Ok(())
     }
+}
+
+/// Plots side by side in one SVG document, so many in a row.
+pub fn grid(plots: &[Plot], columns: usize) -> String {
+    let columns = columns.min(plots.len()).max(1);
+    let (width, height) = (SIZE.0 * columns as f64, SIZE.1 * plots.len().div_ceil(columns) as f64);
+    let place = |i: usize| (SIZE.0 * (i % columns) as f64, SIZE.1 * (i / columns) as f64);
+    let panels: String = plots.iter().enumerate().map(|(i, plot)| plot.panel(i, place(i))).collect();
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\n{panels}</svg>\n"
+    )
 }
 
 /// From values to places on the paper.

@@ -2,11 +2,12 @@
 
 use super::support::{Folder, fails, text, write_film};
 use abbe::color::bins::bin_weights;
+use abbe::output::SpectralImage;
 use abbe::scene::Bins;
 use abbe::spectrum::library::Observer;
 use serde_json::{Value, json};
 
-/// Four pixels in two rows. Bin b of pixel p is 10 p + b on average; its two batches differ by `p + 1` from that, so that is its error.
+/// Four pixels in two rows. Bin b of pixel p is 10 p + b on average; its two batches differ by `p + 1` from that, so that is its own error.
 fn folder(name: &str) -> Folder {
     let folder = Folder::new(name);
     let value = |pixel: usize, channel: usize| (10 * pixel + channel) as f64;
@@ -28,7 +29,12 @@ fn a_pixel_shows_its_spectrum_errors_and_xyz() {
     let one = &probe(&folder, &["1,1"])[0];
     assert_eq!(one["nm"], json!([430.0, 530.0, 630.0, 730.0]));
     assert_eq!(one["mean"], json!([30.0, 31.0, 32.0, 33.0]));
-    assert_eq!(one["error"], json!([4.0, 4.0, 4.0, 4.0]));
+    let file = SpectralImage::read(folder.0.join("four.exr")).unwrap();
+    let errors = [430, 530, 630, 730].map(|nm| f64::from(file.other(&format!("error.{nm},000000nm")).unwrap()[3]));
+    for (shown, error) in one["error"].as_array().unwrap().iter().zip(errors) {
+        assert!((shown.as_f64().unwrap() - error).abs() < 1e-12, "{shown} {error}");
+    }
+    assert!(errors.iter().all(|e| (3.5..4.0).contains(e)), "{errors:?}: the pixel's own is 4, those around are less");
     // Of the file's channels, not of the bins.
     assert_eq!(one["xyz"], json!([34.0, 35.0, 36.0]));
     let xy: Vec<f64> = one["xy"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();

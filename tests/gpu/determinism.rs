@@ -35,7 +35,7 @@ fn render(scene: &Scene, seed: u64, spp: u32, most_groups: Option<u32>) -> (Vec<
     for batch in 0..2 {
         stats += integrator.render_batch(batch, spp, &mut film).unwrap();
     }
-    stats.camera_time = Duration::ZERO;
+    (stats.camera_time, stats.light_time) = (Duration::ZERO, Duration::ZERO);
     ((0..film.pixels()).flat_map(|p| film.pixel(p).iter().map(|v| v.to_bits()).collect::<Vec<_>>()).collect(), stats)
 }
 

@@ -2,7 +2,9 @@
 //! request gives the same bits.
 
 mod boundary;
+mod counts;
 mod determinism;
+mod errors;
 mod intersect;
 mod plan;
 mod sampler;

@@ -242,6 +242,7 @@ fn there_is_no_term_or_buffer_for_what_a_scene_does_not_contain() {
     assert!(!glass.contains("scatter_rough_dielectric") && glass.contains("scatter_at_dielectric"));
     assert!(!glass.contains("fly") && !glass.contains("sample_hg"), "fog where there is none");
     assert!(with(ball(json!({"dielectric": {"ior": "N-SF11"}}))).contains("part_wavelengths"));
+    assert!(!glass.contains("count_path") && !glass.contains("report_counts"), "counting that nobody asked for");
     let dark = names(&scene_of(json!({})));
     assert!(!dark.contains("lights") && !dark.contains("sample_light"), "lights where there are none");
     assert!(plain.contains("lights") && plain.contains("sample_light"));

@@ -3,6 +3,7 @@
 use crate::error::Result;
 use crate::scene::{Geometry, LoadOptions, Mesh, Scene, Shape, load_str};
 use glam::{DVec3, dvec3};
+use serde_json::Value;
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 use std::sync::Arc;
@@ -32,14 +33,39 @@ const CORNELL_BOX: &str = r#"{
 /// The built-in scene called `name`, if it is one.
 pub fn built_in(name: &Path, options: &LoadOptions) -> Option<Result<Scene>> {
     let name = name.to_str().filter(|name| NAMES.contains(name))?;
-    Some(load_str(CORNELL_BOX, Path::new(name), Path::new("."), options).map(|mut scene| {
-        scene.name = name.to_string();
-        if name == "triangles_70k" {
-            let geometry = Geometry::Mesh(Arc::new(wavy_ball(dvec3(0.0, 0.85, 0.0), 0.7, 250, 141)));
-            scene.shapes.push(Shape { name: "ball".to_string(), geometry, material: 0, emission: None });
-        }
-        scene
-    }))
+    let scene = if name == "triangles_70k" { triangles(70_000, options) } else { cornell_box(&Value::Null, options) };
+    Some(scene.map(|scene| Scene { name: name.to_string(), ..scene }))
+}
+
+/// The box with what `more` adds, as scene files have it: lists grow, objects are merged, all else is replaced.
+pub fn cornell_box(more: &Value, options: &LoadOptions) -> Result<Scene> {
+    // A constant, which a test loads.
+    let mut scene = serde_json::from_str(CORNELL_BOX).unwrap_or_default();
+    merge(&mut scene, more);
+    load_str(&scene.to_string(), Path::new("cornell_box"), Path::new("."), options)
+}
+
+/// The box with a ball of about so many triangles.
+pub fn triangles(count: u32, options: &LoadOptions) -> Result<Scene> {
+    let rows = (f64::from(count) * 0.284).sqrt().round() as u32;
+    let geometry = Geometry::Mesh(Arc::new(wavy_ball(dvec3(0.0, 0.85, 0.0), 0.7, count.div_ceil(2 * (rows - 1)), rows)));
+    let mut scene = cornell_box(&Value::Null, options)?;
+    scene.shapes.push(Shape { name: "ball".to_string(), geometry, material: 0, emission: None });
+    Ok(scene)
+}
+
+fn merge(into: &mut Value, more: &Value) {
+    match (into, more) {
+        (Value::Object(a), Value::Object(b)) => b.iter().for_each(|(key, value)| match a.get_mut(key) {
+            Some(known) => merge(known, value),
+            None => {
+                a.insert(key.clone(), value.clone());
+            }
+        }),
+        (Value::Array(a), Value::Array(b)) => a.extend(b.iter().cloned()),
+        (_, Value::Null) => {}
+        (a, b) => *a = b.clone(),
+    }
 }
 
 /// A ball with ripples of a tenth of its radius, of `2 columns (rows - 1)` triangles.

@@ -1,0 +1,130 @@
+//! What renders are compared with: stored references, and long renders that become such.
+
+use super::Args;
+use crate::cli::print::{note, percent};
+use crate::cli::render::sensor_area;
+use crate::cli::{device, interrupt, progress::Bar};
+use crate::color::bins::bin_weights;
+use crate::error::{Error, Result};
+use crate::film::Film;
+use crate::output::difference::{self, Measurement};
+use crate::output::exr::Aovs;
+use crate::output::{Provenance, write_exr};
+use crate::render::{Stop, render};
+use crate::scene::Scene;
+use crate::spectrum::library::Observer;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Time for a reference where nothing else is asked for.
+const TIME: Duration = Duration::from_secs(600);
+/// Mixed into the seed of a reference, so that it shares no random number with the renders compared with it.
+const SEED: u64 = 0x7265_6665_7265_6e63;
+
+/// What a render is compared with.
+pub struct Reference {
+    path: PathBuf,
+    measured: Measurement,
+}
+
+/// Mean squared errors relative to a reference, net of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RelativeMse {
+    /// Of luminance.
+    pub luminance: f64,
+    /// Mean over the bins.
+    pub bins: f64,
+}
+
+impl Reference {
+    /// The reference of `scene`, if there is one: as `--reference` says, or beside the scene.
+    pub fn of(given: Option<&Path>, scene: &Path) -> Result<Option<Self>> {
+        let path = match given {
+            Some(folder) if folder.is_dir() => stored(folder, scene),
+            Some(file) => file.to_path_buf(),
+            None => scene.with_extension("").join("reference.exr"),
+        };
+        let named = given.is_some_and(|given| given == path);
+        if named || path.exists() { Ok(Some(Reference { measured: Measurement::read(&path, None)?, path })) } else { Ok(None) }
+    }
+
+    /// Width and height.
+    pub fn size(&self) -> Option<(u32, u32)> {
+        let image = &self.measured.image;
+        u32::try_from(image.width).ok().zip(u32::try_from(image.height).ok())
+    }
+
+    /// Errors as [`super::EXAMPLES`] has them. Both luminances come from bin averages by the same weights, so that they differ by what was
+    /// rendered alone.
+    pub fn relative_mse(&self, film: &Film) -> Result<RelativeMse> {
+        let (bins, image) = (&film.settings().bins, &self.measured.image);
+        let same_bins = image.bins() == film.bins()
+            && image.wavelengths_nm.iter().enumerate().all(|(b, nm)| (nm - bins.centre_nm(b as u32)).abs() < 1e-3);
+        let (width, height) = (film.settings().width as usize, film.settings().height as usize);
+        if !same_bins || (width, height) != (image.width, image.height) {
+            let problem = format!(
+                "{}x{} with {} wavelengths does not match the render, {width}x{height} with {} bins",
+                image.width,
+                image.height,
+                image.bins(),
+                film.bins()
+            );
+            return Err(Error::file(&self.path, problem, "render with the size and bins of the reference"));
+        }
+        // The error of a weighted sum of bins.
+        let score = |weights: &[(usize, f64)]| {
+            let ours: Vec<f64> = (0..film.pixels()).map(|p| weights.iter().map(|(b, w)| film.bin(p, *b) * w).sum()).collect();
+            difference::relative_mse(&ours, &self.measured.weighted(weights), &self.measured.variance(weights))
+        };
+        let y: Vec<(usize, f64)> = bin_weights(bins, Observer::Cie1931).iter().map(|w| w[1]).enumerate().collect();
+        let per_bin = (0..film.bins()).map(|b| score(&[(b, 1.0)])).sum::<f64>() / film.bins() as f64;
+        Ok(RelativeMse { luminance: score(&y), bins: per_bin })
+    }
+}
+
+/// Where a folder of references keeps that of `scene`.
+fn stored(folder: &Path, scene: &Path) -> PathBuf {
+    folder.join(scene.file_stem().unwrap_or_default()).join("reference.exr")
+}
+
+/// Renders `scene`, loaded from `path`, and stores it in `folder` with its errors.
+pub fn make(args: &Args, folder: &Path, path: &Path, scene: &Scene) -> Result<()> {
+    let file = stored(folder, path);
+    let place = file.parent().unwrap_or(folder);
+    std::fs::create_dir_all(place)
+        .map_err(|e| Error::file(place, format!("cannot be made: {e}"), "name a folder that can be written to"))?;
+    let mut film = Film::try_new(&scene.film)?;
+    let seed = args.seed ^ SEED;
+    let mut device = device::open(scene, args.device.as_deref(), seed, &args.techniques)?;
+    let stop = match args.stop.into() {
+        Stop { spp: None, time: None, error: None } => Stop { time: Some(TIME), ..Stop::default() },
+        stop => stop,
+    };
+    let bar = Bar::new(args.json);
+    let summary = render(device.integrator.as_mut(), &mut film, &stop, &mut |p, _| {
+        bar.update(p);
+        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    bar.clear();
+    let progress = summary?.progress;
+    let origin = Provenance {
+        scene: scene.name.clone(),
+        scene_hash: format!("fnv1a64:{:016x}", scene.source_hash),
+        max_depth: scene.max_depth,
+        device: device.name,
+        seed,
+        seconds: progress.elapsed.as_secs_f64(),
+        stats: progress.stats,
+        exposure: scene.film.exposure,
+        irradiance: sensor_area(&scene.sensor).is_some(),
+    };
+    write_exr(&file, &film, &origin, Aovs { errors: true, ..Aovs::default() })?;
+    note(&format!(
+        "{}: {} samples per pixel, estimated error {}",
+        file.display(),
+        progress.spp,
+        percent(progress.relative_error)
+    ));
+    Ok(())
+}
