@@ -8,6 +8,8 @@ mod geometry;
 mod gltf;
 #[path = "scene/malformed.rs"]
 mod malformed;
+#[path = "scene/textures.rs"]
+mod textures;
 #[path = "scene/units.rs"]
 mod units;
 

@@ -37,6 +37,9 @@ fn light_at(i: u32) -> Light {
 #if ENV_IMAGE
 @group(0) @binding(11) var environment: Table;
 #endif
+#if TEXTURES
+@group(0) @binding(20) var textures: Table;
+#endif
 #if LIGHT_PATHS
 #if MANY_BINS
 @group(0) @binding(12) var<storage, read> lane_bins: array<u32>;

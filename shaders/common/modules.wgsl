@@ -3,6 +3,19 @@
 #include "common/path.wgsl"
 #include "geometry/trace.wgsl"
 #include "geometry/surface.wgsl"
+#if TEXTURES
+#include "geometry/texture.wgsl"
+#endif
+
+// Lanes of what a picture may stand for: the reflectance of a diffuse surface, the first part's share of a mixture. The material was looked at.
+fn color_of(m: Material, k: u32) -> vec4f {
+#if TEXTURES
+    if (m.texture != NONE) {
+        return surface_color[k];
+    }
+#endif
+    return spectrum(m.a, k);
+}
 #if INTERIORS
 #include "medium/interiors.wgsl"
 #endif

@@ -81,6 +81,11 @@ fn light_spectrum(light: LightSample, k: u32) -> vec4f {
         return environment_radiance(light_at(ENVIRONMENT_LIGHT), light.texel, k);
     }
 #endif
+#if LIGHT_TEXTURES
+    if (light.is_textured) {
+        return light_color[k];
+    }
+#endif
     return spectrum(light.row, k);
 }
 #endif
@@ -173,7 +178,7 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
     gather_at_surface(ray, s.p, n, ns, abs(cos_from), m);
 #endif
     for (var k = 0u; k < LANES4; k++) {
-        beta[k] *= spectrum(m.a, k);
+        beta[k] *= color_of(m, k);
     }
 #if CONNECT
     let light = connect(s.p, event_choice.x, event_light);

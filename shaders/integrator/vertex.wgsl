@@ -83,8 +83,11 @@ fn add_emission(ray: Ray, s: Surface) {
         }
 #endif
         let w = chance_share(pdf_area_light(s.light, path.last_vertex, distance(s.p, path.last_vertex), ray.d, s.n), emission);
+#if LIGHT_TEXTURES
+        look_at_light(texture_of_light(light), s.primitive, s.p);
+#endif
         for (var k = 0u; k < LANES4; k++) {
-            li[k] += w * beta[k] * spectrum(light.row, k);
+            li[k] += w * beta[k] * radiance_of(light, k);
         }
     }
 }
@@ -92,21 +95,24 @@ fn add_emission(ray: Ray, s: Surface) {
 #endif
 
 #if MIX
-// The component that a mixture shows to this path (or to its shadow ray); its share of each wavelength goes into beta (or pending).
-fn resolve_mixture(first: u32, in_shadow: bool) -> u32 {
+// The component that a mixture shows at `s` to this path (or to its shadow ray); its share of each wavelength goes into beta (or pending).
+fn resolve_mixture(first: u32, s: Surface, in_shadow: bool) -> u32 {
     var index = first;
     for (var i = 0u; i < 8u && material_at(index).kind == MATERIAL_KIND_MIX; i++) {
         let m = material_at(index);
+#if TEXTURES
+        look_at_surface(m, s.primitive, s.p);
+#endif
         var share = 0.0;
         for (var k = 0u; k < LANES4; k++) {
-            share += dot(beta[k], spectrum(m.a, k));
+            share += dot(beta[k], color_of(m, k));
         }
         let total = sum_beta();
         // Any probability strictly between 0 and 1 is right; that of the carried wavelengths is best.
         share = select(0.5, clamp(share / total, 0.001, 0.999), total > 0.0);
         let is_first = next_1d() < share;
         for (var k = 0u; k < LANES4; k++) {
-            let w = spectrum(m.a, k);
+            let w = color_of(m, k);
             let factor = select((1.0 - w) / (1.0 - share), w / share, is_first);
             if (in_shadow) {
                 pending[k] *= factor;
@@ -159,16 +165,19 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
     }
 #endif
 #endif
-    var index = material_of(hit.primitive);
+    var seen = hit.primitive;
+    var index = material_of(seen);
 #if MIX
-    index = resolve_mixture(index, false);
+    index = resolve_mixture(index, s, false);
 #endif
 #if CONTACT
     leaving_contact = hit.contact;
     if (hit.contact != NONE && material_at(index).interior != NONE) {
         // An opaque surface that touches a volume's is what is seen there.
         let other = material_of(hit.contact);
-        index = select(index, other, is_opaque(material_at(other).kind));
+        let is_seen = is_opaque(material_at(other).kind);
+        seen = select(seen, hit.contact, is_seen);
+        index = select(index, other, is_seen);
     }
 #endif
     let m = material_at(index);
@@ -194,6 +203,9 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
     if (!count_event(s.p, m.kind != MATERIAL_KIND_DIFFUSE)) {
         return end_path(ray);
     }
+#if TEXTURES
+    look_at_surface(m, seen, s.p);
+#endif
     return scatter_at_surface(ray, s, m);
 }
 
@@ -206,12 +218,12 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
     attenuate_pending(ruling_interior(shadow_inside), min(hit.t, ray.t_max));
 #endif
     if (!visible) {
+        let s = surface_at(ray, hit);
         var index = material_of(hit.primitive);
 #if MIX
-        index = resolve_mixture(index, true);
+        index = resolve_mixture(index, s, true);
 #endif
         var m = material_at(index);
-        let s = surface_at(ray, hit);
 #if CONTACT
         leaving_contact = hit.contact;
         if (hit.contact != NONE && is_opaque(material_at(material_of(hit.contact)).kind)) {

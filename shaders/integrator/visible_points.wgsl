@@ -123,7 +123,7 @@ fn gather_at_surface(ray: Ray, p: vec3f, n: vec3f, ns: vec3f, cos_from: f32, m: 
     if (path.view == VIEW_BENT) {
         leave_point(p, ns, gather_radius(path.length), 0u, 0.0);
         for (var k = 0u; k < LANES4; k++) {
-            store_throughput(k, INV_PI * beta[k] * spectrum(m.a, k));
+            store_throughput(k, INV_PI * beta[k] * color_of(m, k));
         }
     }
 #else

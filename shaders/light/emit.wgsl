@@ -105,6 +105,9 @@ fn emit() -> Ray {
                 weight = 0.0;
             }
             ray.from_primitive = light.primitive;
+#if LIGHT_TEXTURES
+            look_at_light(texture_of_light(light), light.primitive, ray.o);
+#endif
 #endif
         }
     }
@@ -129,7 +132,11 @@ fn emit() -> Ray {
             continue;
         }
 #endif
+#if LIGHT_AREA
+        beta[k] = lit * radiance_of(light, k);
+#else
         beta[k] = lit * spectrum(light.row, k);
+#endif
     }
 #if INTERIORS
     inside = light.inside;

@@ -14,6 +14,9 @@ struct LightSample {
 #if ENV_IMAGE
     texel: u32, // texel of the environment's picture, or NONE
 #endif
+#if LIGHT_TEXTURES
+    is_textured: bool, // `light_color` has what the sampled point emits
+#endif
 }
 
 fn no_light() -> LightSample {
@@ -76,6 +79,23 @@ fn normal_of_light(light: Light, p: vec3f) -> vec3f {
             return normalize(v - dot(v, light.p1.xyz) * light.p1.xyz);
         }
     }
+}
+
+#if LIGHT_TEXTURES
+// The picture that a light shows, or NONE.
+fn texture_of_light(light: Light) -> u32 {
+    return select(NONE, bitcast<u32>(light.p0.w), light.kind == LIGHT_KIND_TRIANGLE);
+}
+#endif
+
+// Radiance of a surface that emits, where it was looked at.
+fn radiance_of(light: Light, k: u32) -> vec4f {
+#if LIGHT_TEXTURES
+    if (texture_of_light(light) != NONE) {
+        return light_color[k];
+    }
+#endif
+    return spectrum(light.row, k);
 }
 
 fn emits_towards(light: Light, cos_theta: f32) -> bool {
@@ -169,6 +189,10 @@ fn sample_area_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
             return s;
         }
     }
+#endif
+#if LIGHT_TEXTURES
+    look_at_light(texture_of_light(light), light.primitive, point.p);
+    s.is_textured = texture_of_light(light) != NONE;
 #endif
     s.wi = wi;
     s.distance = sqrt(d2);

@@ -50,7 +50,7 @@ impl FirstHits {
     }
 }
 
-/// What a material looks like without light and shade.
+/// What a material looks like without light and shade; pictures on it count with their mean.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Albedo {
     /// Colour of its reflectance, as [`color_of_reflectance`] has it: white is 1 for glass too, metals have their reflectance at normal incidence.
@@ -74,14 +74,14 @@ pub fn albedos(scene: &Scene) -> Vec<Albedo> {
 /// Reflectance of a material at `nm`, and how much of it is there.
 fn parts(scene: &Scene, material: &Material, nm: f64) -> [f64; 2] {
     match material {
-        Material::Diffuse { reflectance } => [reflectance.eval(nm), 1.0],
+        Material::Diffuse { reflectance } => [reflectance.average(nm), 1.0],
         Material::Dielectric { .. } | Material::ThinDielectric { .. } => [1.0, 1.0],
         Material::Conductor { eta, k, .. } => {
             let around = scene.interiors[0].ior.eval(nm);
             [fresnel::conductor(1.0, eta.eval(nm) / around, k.eval(nm) / around), 1.0]
         }
         Material::Mix { a, b, weight } => {
-            let (w, a, b) = (weight.eval(nm), parts(scene, &scene.materials[*a], nm), parts(scene, &scene.materials[*b], nm));
+            let (w, a, b) = (weight.average(nm), parts(scene, &scene.materials[*a], nm), parts(scene, &scene.materials[*b], nm));
             std::array::from_fn(|i| w * a[i] + (1.0 - w) * b[i])
         }
         Material::Boundary { .. } => [0.0, 0.0],

@@ -84,7 +84,7 @@ shared_constants! {
     MATERIAL_KIND_MIX = 6;
     /// No surface.
     MATERIAL_KIND_BOUNDARY = 7;
-    /// Kinds of lights. `p0`, `p1`, `p2`: vertices.
+    /// Kinds of lights. `p0`, `p1`, `p2`: vertices; `p0.w`: the picture that it shows, or NO_INDEX.
     LIGHT_KIND_TRIANGLE = 0;
     /// `p0`: centre; `p2.x`: radius.
     LIGHT_KIND_SPHERE = 1;
@@ -216,8 +216,32 @@ shared_records! {
         table: u32,
         /// GGX width.
         alpha: f32,
-        /// Unused.
-        pad_0: u32,
+        /// The picture that stands for the reflectance or share in row `a`, or NO_INDEX.
+        texture: u32,
+    }
+
+    /// A picture on surfaces.
+    struct Texture {
+        /// First texel in the table.
+        first_texel: u32,
+        /// Texels in a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// Bits 0-1, 2-3: wrapping across and down (0 repeat, 1 mirror, 2 clamp); bit 4: nearest texel only.
+        sampling: u32,
+        /// Row of what texels are multiplied by.
+        factor_row: u32,
+        /// Row of the upsampling coordinate.
+        x_row: u32,
+        /// Filtered values from here on count as 1, others as 0 ...
+        cutoff: f32,
+        /// ... if this is 1.
+        has_cutoff: u32,
+        /// The picture's horizontal coordinate over the surface's (u, v, 1).
+        u: Vec4,
+        /// Its vertical coordinate.
+        v: Vec4,
     }
 
     /// A volume.

@@ -8,6 +8,7 @@ mod primitives;
 mod scene;
 pub mod shader;
 mod targets;
+mod textures;
 
 pub use adapter::{AdapterInfo, Gpu, Resource, list_adapters};
 pub use kernel::{Kernel, kernel_source};

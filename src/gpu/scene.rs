@@ -2,6 +2,7 @@
 
 use super::layout::{self, Interior, Material, NO_INDEX};
 use super::lights;
+use super::textures::Textures;
 use super::{Gpu, Resource, primitives, targets};
 use crate::bsdf::energy::EnergyTable;
 use crate::error::{Error, Result};
@@ -98,9 +99,11 @@ impl GpuScene {
         let origin = if bounds.is_empty() { DVec3::ZERO } else { 0.5 * (bounds.min + bounds.max) };
         let interiors = interiors(scene, &mut rows);
         let mut tables = Vec::new();
-        let materials = materials(scene, &mut rows, &mut tables);
-        let lights = lights::build(scene, &mut rows, bounds, origin)?;
+        let mut textures = Textures::default();
+        let materials = materials(scene, &mut rows, &mut textures, &mut tables);
+        let lights = lights::build(scene, &mut rows, &mut textures, bounds, origin)?;
         let geometry = primitives::build(scene, bounds, origin, &lights.of_primitive)?;
+        let (textures, first_uv) = textures.build(scene, &geometry.place);
         let mut records = lights.records;
         for light in &mut records {
             if light.primitive != NO_INDEX {
@@ -118,10 +121,11 @@ impl GpuScene {
             ("tables", gpu.storage("energy tables", &tables)?),
             ("targets", gpu.table("targets of light paths", &targets)?),
             ("environment", gpu.table("environment picture", &lights.environment)?),
+            ("textures", gpu.table("textures", &textures)?),
         ];
         let bytes = resources.iter().map(|(_, r)| r.size()).sum();
         let constants = format!(
-            "const BVH_STACK = {}u;\nconst LIGHTS = {}u;\nconst FIRST_DISTANT_LIGHT = {}u;\nconst ENVIRONMENT_LIGHT = {}u;\nconst TARGETS = {}u;\n",
+            "const BVH_STACK = {}u;\nconst LIGHTS = {}u;\nconst FIRST_DISTANT_LIGHT = {}u;\nconst ENVIRONMENT_LIGHT = {}u;\nconst TARGETS = {}u;\nconst FIRST_UV = {first_uv}u;\n",
             geometry.stack,
             records.len(),
             lights.first_distant,
@@ -167,15 +171,16 @@ fn energy_table(alpha: f64, dielectric: bool, made: &mut Vec<(u64, bool, u32)>, 
     at
 }
 
-fn materials(scene: &Scene, rows: &mut Rows, tables: &mut Vec<f32>) -> Vec<Material> {
+fn materials(scene: &Scene, rows: &mut Rows, textures: &mut Textures, tables: &mut Vec<f32>) -> Vec<Material> {
     let mut made = Vec::new();
-    let none = Material { interior: NO_INDEX, ..Default::default() };
+    let none = Material { interior: NO_INDEX, texture: NO_INDEX, ..Default::default() };
     scene
         .materials
         .iter()
         .map(|m| match m {
             scene::Material::Diffuse { reflectance } => {
-                Material { kind: layout::MATERIAL_KIND_DIFFUSE, a: rows.spectrum(reflectance), ..none }
+                let (a, texture) = textures.add(reflectance, rows);
+                Material { kind: layout::MATERIAL_KIND_DIFFUSE, a, texture, ..none }
             }
             scene::Material::Dielectric { interior, alpha } if *alpha == 0.0 => {
                 Material { kind: layout::MATERIAL_KIND_SMOOTH_DIELECTRIC, interior: *interior as u32, ..none }
@@ -205,7 +210,8 @@ fn materials(scene: &Scene, rows: &mut Rows, tables: &mut Vec<f32>) -> Vec<Mater
                 }
             }
             scene::Material::Mix { a, b, weight } => {
-                Material { kind: layout::MATERIAL_KIND_MIX, a: rows.spectrum(weight), b: *a as u32, c: *b as u32, ..none }
+                let (b, c, (a, texture)) = (*a as u32, *b as u32, textures.add(weight, rows));
+                Material { kind: layout::MATERIAL_KIND_MIX, a, b, c, texture, ..none }
             }
             scene::Material::Boundary { interior } => {
                 Material { kind: layout::MATERIAL_KIND_BOUNDARY, interior: interior.map_or(NO_INDEX, |i| i as u32), ..none }

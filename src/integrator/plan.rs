@@ -42,6 +42,8 @@ pub struct Plan {
     pub lanes: u32,
     /// Wavelength bins of the film.
     pub bins: u32,
+    /// Bytes of all pictures on surfaces.
+    pub texture_bytes: u64,
     /// How paths are found.
     pub techniques: Techniques,
     /// Light that no pass finds, and what to do, one line each.
@@ -80,6 +82,11 @@ impl Plan {
         // A metal's reflectance depends on what it lies in.
         let in_vacuum = scene.interiors[0].ior == Ior::constant(1.0);
         let interiors = dielectric || !inner.is_empty() || scattering || absorbing || (conductor && !in_vacuum);
+        let textured_lights = scene.shapes.iter().any(|s| s.emission.as_ref().is_some_and(|e| e.radiance.image().is_some()));
+        let textured = any(&|m| match m {
+            Material::Diffuse { reflectance: texture } | Material::Mix { weight: texture, .. } => texture.image().is_some(),
+            _ => false,
+        });
         let lanes = super::Wavelengths::lanes(scene.film.bins.count);
         let features = BTreeMap::from([
             ("QUADRICS", scene.shapes.iter().any(|s| !matches!(s.geometry, Geometry::Mesh(_)))),
@@ -94,6 +101,8 @@ impl Plan {
             ("ROUGH_CONDUCTOR", rough_conductor),
             ("ROUGH", rough_dielectric || rough_conductor),
             ("FRESNEL", dielectric || thin || conductor),
+            ("TEXTURES", textured || textured_lights),
+            ("LIGHT_TEXTURES", textured_lights),
             ("MIX", any(&|m| matches!(m, Material::Mix { .. }))),
             ("BOUNDARY", boundary),
             ("DISPERSION", dispersion),
@@ -164,6 +173,7 @@ impl Plan {
             light: caustics.then(|| variant(true)),
             lanes,
             bins: scene.film.bins.count,
+            texture_bytes: crate::scene::texture::bytes(scene),
             techniques,
             blind_spots: blind_spots(scene, &base),
         }
@@ -328,6 +338,7 @@ impl fmt::Display for Plan {
                     ("SMOOTH_CONDUCTOR", "mirrors"),
                     ("ROUGH_CONDUCTOR", "rough metal"),
                     ("MIX", "mixtures"),
+                    ("TEXTURES", "textures"),
                     ("DISPERSION", "dispersion"),
                 ],
             ),
@@ -351,6 +362,9 @@ impl fmt::Display for Plan {
         for (title, features) in groups {
             let have: Vec<_> = features.iter().filter(|(name, _)| self.has(name)).map(|(_, text)| *text).collect();
             writeln!(f, "  {title}: {}", if have.is_empty() { "none".to_string() } else { have.join(", ") })?;
+        }
+        if self.texture_bytes > 0 {
+            writeln!(f, "  pictures on surfaces: {:.1} MiB of spectra", self.texture_bytes as f64 / 1048576.0)?;
         }
         for line in &self.blind_spots {
             writeln!(f, "  not found: {line}")?;

@@ -110,7 +110,7 @@ impl Wavelengths {
 /// Emission spectra of the scene, weighted alike by their mean over the film.
 fn emission(scene: &Scene) -> Vec<(f64, Spectrum)> {
     let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
-    let shapes = scene.shapes.iter().filter_map(|s| s.emission.as_ref().map(|e| &e.radiance));
+    let shapes = scene.shapes.iter().filter_map(|s| s.emission.as_ref().map(|e| e.radiance.shape()));
     let lights = scene.lights.iter().map(|l| match l {
         Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity,
         Light::Beam { irradiance, .. } | Light::Sun { irradiance, .. } => irradiance,

@@ -22,7 +22,7 @@ impl Observer for Met<'_> {
             let Some(emission) = &self.stage.scene.shapes[hit.shape].emission else { continue };
             if emission.two_sided || path.ray.dir.dot(hit.ng) < 0.0 {
                 for lane in &path.lanes {
-                    self.radiance[lane.bin] += lane.beta * emission.radiance.eval(lane.nm);
+                    self.radiance[lane.bin] += lane.beta * emission.radiance.eval(lane.nm, hit.uv);
                 }
             }
         }

@@ -92,9 +92,9 @@ impl World {
                     for &prim in prims {
                         let (shape, triangle) = self.prims[prim as usize];
                         let geometry = &self.shapes[shape as usize].geometry;
-                        if let Some((t, p, ng, ns)) = intersect(geometry, triangle as usize, ray, ray.on.contains(&prim)) {
+                        if let Some((t, p, ng, ns, uv)) = intersect(geometry, triangle as usize, ray, ray.on.contains(&prim)) {
                             nearest = nearest.min(t);
-                            hits.push(Hit { t, prim, shape: shape as usize, p, ng, ns });
+                            hits.push(Hit { t, prim, shape: shape as usize, p, ng, ns, uv });
                         }
                     }
                 }

@@ -2,7 +2,7 @@
 //! of a curved one only the other crossing counts, so no offset is needed at any scale.
 
 use crate::scene::{Geometry, Mesh};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// A half line.
 #[derive(Clone)]
@@ -34,10 +34,12 @@ pub(super) struct Hit {
     pub ng: DVec3,
     /// Unit shading normal on the same side.
     pub ns: DVec3,
+    /// Texture coordinates.
+    pub uv: DVec2,
 }
 
-/// What a primitive says about a ray: distance, point, geometric normal, shading normal.
-pub(super) type Crossing = (f64, DVec3, DVec3, DVec3);
+/// What a primitive says about a ray: distance, point, geometric normal, shading normal, texture coordinates.
+pub(super) type Crossing = (f64, DVec3, DVec3, DVec3, DVec2);
 
 /// The nearest crossing beyond `t_min`; `on` says that the origin lies on this very primitive.
 pub(super) fn intersect(geometry: &Geometry, triangle: usize, ray: &Ray, on: bool) -> Option<Crossing> {
@@ -47,15 +49,20 @@ pub(super) fn intersect(geometry: &Geometry, triangle: usize, ray: &Ray, on: boo
             let t = (*center - ray.origin).dot(*normal) / ray.dir.dot(*normal);
             let p = ray.origin + ray.dir * t;
             let p = p - *normal * (p - *center).dot(*normal);
-            (t > ray.t_min && t.is_finite() && (p - *center).length_squared() <= radius * radius)
-                .then_some((t, p, *normal, *normal))
+            (t > ray.t_min && t.is_finite() && (p - *center).length_squared() <= radius * radius).then_some((
+                t,
+                p,
+                *normal,
+                *normal,
+                DVec2::ZERO,
+            ))
         }
         Geometry::Mesh(_) | Geometry::Disc { .. } => None,
         Geometry::Sphere { center, radius } => {
             let oc = ray.origin - *center;
             roots(oc, ray.dir, *radius, on).into_iter().find(|&t| t > ray.t_min && t.is_finite()).map(|t| {
                 let n = (oc + ray.dir * t).normalize();
-                (t, *center + n * *radius, n, n)
+                (t, *center + n * *radius, n, n, DVec2::ZERO)
             })
         }
         Geometry::Cylinder { base, axis, length, radius } => {
@@ -72,7 +79,7 @@ pub(super) fn intersect(geometry: &Geometry, triangle: usize, ray: &Ray, on: boo
                 .find_map(|t| {
                     let p = oc + ray.dir * t;
                     let (height, n) = (p.dot(*axis), across(p).normalize());
-                    (0.0..=*length).contains(&height).then(|| (t, *base + *axis * height + n * *radius, n, n))
+                    (0.0..=*length).contains(&height).then(|| (t, *base + *axis * height + n * *radius, n, n, DVec2::ZERO))
                 })
         }
     }
@@ -124,7 +131,7 @@ fn intersect_triangle(mesh: &Mesh, triangle: usize, ray: &Ray) -> Option<Crossin
             if ns.dot(normal) < 0.0 { -ns } else { ns }
         }
     };
-    Some((t, pa * u + pb * v + pc * w, normal, ns))
+    Some((t, pa * u + pb * v + pc * w, normal, ns, mesh.uv(triangle, [v, w])))
 }
 
 /// Smallest box around a primitive, (lower, upper).

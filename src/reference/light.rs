@@ -9,7 +9,7 @@ use super::walk::{Lane, Path};
 use crate::bsdf::sample_cosine;
 use crate::scene::{EnvironmentMap, Geometry, Light, Mesh, Scene};
 use crate::spectrum::Spectrum;
-use glam::{DMat3, DVec3, dvec3};
+use glam::{DMat3, DVec2, DVec3, dvec3};
 use std::f64::consts::PI;
 
 /// All that gives light, to choose from by power.
@@ -63,7 +63,10 @@ impl Emitters {
             let triangles = if let Geometry::Mesh(mesh) = &s.geometry { running_areas(mesh) } else { vec![] };
             let area = triangles.last().copied().unwrap_or_else(|| area_of(&s.geometry));
             let sides = if emission.two_sided { 2.0 } else { 1.0 };
-            push(What::Shape { shape, area, triangles }, sides * PI * area * mean(&emission.radiance));
+            push(
+                What::Shape { shape, area, triangles },
+                sides * PI * area * emission.radiance.mean(scene.film.bins.min_nm, scene.film.bins.max_nm),
+            );
         }
         for (light, l) in scene.lights.iter().enumerate() {
             let texels = if let Light::Image(map) = l { running_radiance(scene, map) } else { vec![] };
@@ -152,13 +155,13 @@ impl Stage {
     ) -> Option<Emitted> {
         let scene = &self.scene;
         let emission = scene.shapes[shape].emission.as_ref()?;
-        let (p, outward, triangle) = on_shape(&scene.shapes[shape].geometry, triangles, rng)?;
+        let (p, outward, triangle, uv) = on_shape(&scene.shapes[shape].geometry, triangles, rng)?;
         let back = emission.two_sided && rng.next() < 0.5;
         let n = if back { -outward } else { outward };
         let (x, y) = n.any_orthonormal_pair();
         let dir = (DMat3::from_cols(x, y, n) * sample_cosine(rng.next2())).normalize();
         let sides = if emission.two_sided { 2.0 } else { 1.0 };
-        let lanes = lanes(&|nm| sides * PI * area * emission.radiance.eval(nm));
+        let lanes = lanes(&|nm| sides * PI * area * emission.radiance.eval(nm, uv));
         let on = vec![self.world.first_prim(shape) + triangle as u32];
         // If the way up leads through the light's own surface, that crossing is known; it is not to be found again.
         let own = interior_of(&scene.materials[scene.shapes[shape].material]);
@@ -233,25 +236,27 @@ fn running(values: impl Iterator<Item = f64>) -> Vec<f64> {
         .collect()
 }
 
-/// A uniform point of a shape: point, outward normal, triangle.
-fn on_shape(geometry: &Geometry, triangles: &[f64], rng: &mut Rng) -> Option<(DVec3, DVec3, usize)> {
+/// A uniform point of a shape: point, outward normal, triangle, texture coordinates.
+fn on_shape(geometry: &Geometry, triangles: &[f64], rng: &mut Rng) -> Option<(DVec3, DVec3, usize, DVec2)> {
     Some(match geometry {
         Geometry::Mesh(mesh) => {
             let (t, _) = choose(triangles, rng)?;
             let [a, b, c] = corners(mesh, t);
             let (s, v) = (rng.next().sqrt(), rng.next());
-            (a * (1.0 - s) + b * (s * (1.0 - v)) + c * (s * v), (b - a).cross(c - a).normalize(), t)
+            let weights = [s * (1.0 - v), s * v];
+            let p = a * (1.0 - s) + b * weights[0] + c * weights[1];
+            (p, (b - a).cross(c - a).normalize(), t, mesh.uv(t, weights))
         }
         Geometry::Sphere { center, radius } => {
             let n = on_cone(DVec3::Y, -1.0, rng);
-            (*center + n * *radius, n, 0)
+            (*center + n * *radius, n, 0, DVec2::ZERO)
         }
-        Geometry::Disc { center, normal, radius } => (*center + on_disc(*normal, *radius, rng), *normal, 0),
+        Geometry::Disc { center, normal, radius } => (*center + on_disc(*normal, *radius, rng), *normal, 0, DVec2::ZERO),
         Geometry::Cylinder { base, axis, length, radius } => {
             let (x, y) = axis.any_orthonormal_pair();
             let phi = 2.0 * PI * rng.next();
             let n = x * phi.cos() + y * phi.sin();
-            (*base + *axis * (length * rng.next()) + n * *radius, n, 0)
+            (*base + *axis * (length * rng.next()) + n * *radius, n, 0, DVec2::ZERO)
         }
     })
 }

@@ -8,7 +8,7 @@ use crate::bsdf::dielectric::RoughDielectric;
 use crate::bsdf::energy::EnergyTable;
 use crate::bsdf::{fresnel, sample_cosine};
 use crate::scene::{Material, Scene};
-use glam::{DMat3, DVec3, dvec3};
+use glam::{DMat3, DVec2, DVec3, dvec3};
 use std::f64::consts::PI;
 
 /// What the path carries: the factors at refractions and at shading normals differ (Veach 1997, sec. 5.2 and 5.3).
@@ -180,13 +180,13 @@ impl<'a> Surface<'a> {
 }
 
 /// How much of a straight ray passes a surface unscattered, per wavelength; dielectrics are not asked here.
-pub(super) fn straight_share(scene: &Scene, material: &Material, cos: f64, nm: f64) -> f64 {
+pub(super) fn straight_share(scene: &Scene, material: &Material, cos: f64, uv: DVec2, nm: f64) -> f64 {
     match material {
         Material::Boundary { .. } => 1.0,
         Material::ThinDielectric { ior } => 1.0 - fresnel::thin_pane(cos, ior.eval(nm)),
         Material::Mix { a, b, weight } => {
-            let w = weight.eval(nm);
-            let of = |m: usize| straight_share(scene, &scene.materials[m], cos, nm);
+            let w = weight.eval(nm, uv);
+            let of = |m: usize| straight_share(scene, &scene.materials[m], cos, uv, nm);
             w * of(*a) + (1.0 - w) * of(*b)
         }
         Material::Diffuse { .. } | Material::Dielectric { .. } | Material::Conductor { .. } => 0.0,

@@ -209,7 +209,7 @@ impl Stage {
         let outside = values(&|nm| self.scene.interiors[ruling(&self.scene, &path.inside)].ior.eval(nm));
         for &(hit, material) in &met {
             let bsdf = match material {
-                Material::Diffuse { reflectance } => Bsdf::Diffuse(values(&|nm| reflectance.eval(nm))),
+                Material::Diffuse { reflectance } => Bsdf::Diffuse(values(&|nm| reflectance.eval(nm, hit.uv))),
                 Material::ThinDielectric { ior } => Bsdf::Thin(values(&|nm| ior.eval(nm))),
                 Material::Conductor { eta, k, alpha } => {
                     let index = path.lanes.iter().zip(&outside).map(|(l, n)| (eta.eval(l.nm) / n, k.eval(l.nm) / n)).collect();
@@ -236,7 +236,7 @@ impl Stage {
     fn choose(&self, hit: &Hit, path: &mut Path, rng: &mut Rng) -> &Material {
         let mut material = &self.scene.materials[self.scene.shapes[hit.shape].material];
         while let Material::Mix { a, b, weight } = material {
-            let w: Vec<f64> = path.lanes.iter().map(|l| weight.eval(l.nm)).collect();
+            let w: Vec<f64> = path.lanes.iter().map(|l| weight.eval(l.nm, hit.uv)).collect();
             let q = w.iter().sum::<f64>() / w.len() as f64;
             let first = rng.next() < q;
             for (lane, w) in path.lanes.iter_mut().zip(w) {
@@ -272,7 +272,7 @@ impl Stage {
                 hits.iter().map(|h| (h, &self.scene.materials[self.scene.shapes[h.shape].material])).collect();
             for (hit, material) in met.iter().filter(|(_, m)| !matches!(m, Material::Dielectric { .. })) {
                 let cos = ray.dir.dot(hit.ns).abs();
-                share.iter_mut().zip(lanes).for_each(|(s, l)| *s *= straight_share(&self.scene, material, cos, l.nm));
+                share.iter_mut().zip(lanes).for_each(|(s, l)| *s *= straight_share(&self.scene, material, cos, hit.uv, l.nm));
             }
             let (beyond, crossing) = cross(&self.scene, &inside, ray.dir, &met);
             if let Crossing::Interface { near, far, .. } = crossing {

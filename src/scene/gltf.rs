@@ -3,27 +3,37 @@
 use super::files::Files;
 use super::gltf_file::{Asset, accessor, item, open};
 use super::gltf_material::{Look, material, photometric};
+use super::gltf_override::Overrides;
+use super::gltf_texture::Textures;
 use super::json::Node;
 use super::load::{LoadOptions, Loader, film, frame};
 use super::shapes::MOST_TRIANGLES;
 use super::{Geometry, Interior, Light, Mesh, Sensor, Shape, mesh as meshes, transform};
 use crate::error::Result;
 use crate::spectrum::upsample;
-use glam::{DMat3, DMat4, DQuat, DVec3};
+use glam::{DMat3, DMat4, DQuat, DVec2, DVec3};
 use serde_json::Value;
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Extensions that are honoured, or change nothing here.
+/// Extensions that are honoured, or whose loss is noted where a material has them.
 const EXTENSIONS: &[&str] = &[
     "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
     "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
     "KHR_materials_transmission",
+    "KHR_materials_unlit",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_texture_transform",
 ];
 /// Nodes may be nested this deep.
 const DEEPEST_NODE: usize = 100;
@@ -36,7 +46,7 @@ pub(super) fn scene(path: &Path, bytes: &[u8], files: Files, options: &LoadOptio
     let mut loader = Loader::new(files, film);
     loader.scene.interiors.push(Interior::vacuum("surroundings"));
     loader.scene.max_depth = options.max_depth.unwrap_or(64).clamp(1, 100_000);
-    add(&mut loader, path, bytes, DMat4::IDENTITY)?;
+    add(&mut loader, path, bytes, DMat4::IDENTITY, None)?;
     if loader.scene.shapes.is_empty() {
         return Err(place.fail("the glTF file has no triangles in its scene", "export it with meshes"));
     }
@@ -54,10 +64,10 @@ pub(super) fn scene(path: &Path, bytes: &[u8], files: Files, options: &LoadOptio
     Ok(loader)
 }
 
-/// Adds the glTF file that `file` names, with its materials, lights and camera, under `world`.
-pub(super) fn include(loader: &mut Loader, file: &Node, world: DMat4) -> Result<()> {
-    let (path, bytes) = loader.reader.files.read(file)?;
-    add(loader, &path, &bytes, world)
+/// Adds the glTF file that `node` names, with its materials, lights and camera, under `world`.
+pub(super) fn include(loader: &mut Loader, node: &Node, world: DMat4) -> Result<()> {
+    let (path, bytes) = loader.reader.files.read(&node.need("file")?)?;
+    add(loader, &path, &bytes, world, node.get("override").as_ref())
 }
 
 /// All triangles of a glTF file's scene as one mesh.
@@ -66,11 +76,11 @@ pub(super) fn mesh(loader: &mut Loader, file: &Node, path: &Path, bytes: &[u8]) 
     let asset = open(path, bytes, &files)?;
     let root = Node::root(&asset.json, path);
     let mut whole = Mesh::default();
-    let mut smooth = true;
+    let (mut smooth, mut textured) = (true, true);
     for placed in nodes(loader, &root, DMat4::IDENTITY)? {
         let Some(mesh) = placed.node.get("mesh") else { continue };
         for primitive in item(&root, "meshes", &mesh)?.need("primitives")?.array(1)? {
-            let Some(part) = triangles(loader, &asset, &root, &primitive)? else { continue };
+            let Some(part) = triangles(loader, &asset, &root, &primitive, 0)? else { continue };
             let (part, _) = meshes::place(&part, &placed.world).map_err(|(problem, remedy)| primitive.fail(problem, remedy))?;
             let first = whole.positions.len() as u32;
             smooth &= !part.normals.is_empty();
@@ -78,7 +88,9 @@ pub(super) fn mesh(loader: &mut Loader, file: &Node, path: &Path, bytes: &[u8]) 
                 return Err(file.fail(format!("the mesh has more than {MOST_TRIANGLES} triangles"), "use a smaller mesh"));
             }
             whole.positions.extend(part.positions);
+            textured &= !part.uvs.is_empty();
             whole.normals.extend(part.normals);
+            whole.uvs.extend(part.uvs);
             whole.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
         }
     }
@@ -88,10 +100,13 @@ pub(super) fn mesh(loader: &mut Loader, file: &Node, path: &Path, bytes: &[u8]) 
     if !smooth {
         whole.normals.clear();
     }
+    if !textured {
+        whole.uvs.clear();
+    }
     Ok(whole)
 }
 
-fn add(loader: &mut Loader, path: &Path, bytes: &[u8], world: DMat4) -> Result<()> {
+fn add(loader: &mut Loader, path: &Path, bytes: &[u8], world: DMat4, overrides: Option<&Node>) -> Result<()> {
     let files = loader.reader.files.within(path.parent().unwrap_or(Path::new(".")));
     let asset = open(path, bytes, &files)?;
     let root = Node::root(&asset.json, path);
@@ -113,17 +128,22 @@ fn add(loader: &mut Loader, path: &Path, bytes: &[u8], world: DMat4) -> Result<(
         }
     }
     let mut looks: HashMap<Option<u32>, Look> = HashMap::new();
+    let mut textures = Textures::new(&asset, &root, &files);
+    let overrides = overrides.map(|o| Overrides::read(loader, o, &root)).transpose()?.unwrap_or_default();
     for placed in nodes(loader, &root, world)? {
         if let Some(mesh) = placed.node.get("mesh") {
             let mesh = item(&root, "meshes", &mesh)?;
             for primitive in mesh.need("primitives")?.array(1)? {
-                let Some(part) = triangles(loader, &asset, &root, &primitive)? else { continue };
-                let look = look(loader, &root, &primitive, &mut looks)?;
+                let mut look = look(loader, &root, &primitive, &mut textures, &mut looks)?;
+                let Some(part) = triangles(loader, &asset, &root, &primitive, look.uv_set)? else { continue };
                 let geometry = Geometry::Mesh(Arc::new(part));
                 let (geometry, dropped) =
                     transform::apply(&placed.world, &geometry).map_err(|(problem, remedy)| primitive.fail(problem, remedy))?;
                 if dropped > 0 {
                     loader.note(format!("{}: {}: {dropped} triangles of no area were dropped", path.display(), primitive.path));
+                }
+                if let Some(index) = primitive.get("material") {
+                    overrides.apply(loader, index.integer(0, u32::MAX)?, &mut look, &geometry)?;
                 }
                 let name = mesh.get("name").and_then(|n| n.value.as_str()).unwrap_or(&mesh.path);
                 let name = name.chars().filter(|c| !c.is_control()).collect();
@@ -192,8 +212,8 @@ fn local(node: &Node) -> Result<DMat4> {
     Ok(DMat4::from_scale_rotation_translation(vector("scale", DVec3::ONE)?, rotation, vector("translation", DVec3::ZERO)?))
 }
 
-/// The triangles of a primitive in its own space; none for points and lines.
-fn triangles(loader: &mut Loader, asset: &Asset, root: &Node, primitive: &Node) -> Result<Option<Mesh>> {
+/// The triangles of a primitive in its own space, with texture coordinates of this set; none for points and lines.
+fn triangles(loader: &mut Loader, asset: &Asset, root: &Node, primitive: &Node, uv_set: u32) -> Result<Option<Mesh>> {
     let mode = primitive.get("mode").map_or(Ok(4), |n| n.integer(0, 6))?;
     if mode < 4 {
         loader.note(format!("{}: points and lines are ignored", root.file.display()));
@@ -205,6 +225,13 @@ fn triangles(loader: &mut Loader, asset: &Asset, root: &Node, primitive: &Node) 
     };
     let positions = vectors(&attributes.need("POSITION")?)?;
     let normals = attributes.get("NORMAL").map_or(Ok(Vec::new()), |n| vectors(&n))?;
+    let uvs = match attributes.get(&format!("TEXCOORD_{uv_set}")) {
+        Some(node) => accessor::<2>(root, &asset.buffers, &node)?.into_iter().map(DVec2::from_array).collect(),
+        None => Vec::new(),
+    };
+    if attributes.get("COLOR_0").is_some() {
+        loader.note(format!("{}: colours of vertices are ignored", root.file.display()));
+    }
     let indices: Vec<u32> = match primitive.get("indices") {
         Some(node) => accessor::<1>(root, &asset.buffers, &node)?.into_iter().map(|[i]| i as u32).collect(),
         None => (0..positions.len() as u32).collect(),
@@ -221,17 +248,26 @@ fn triangles(loader: &mut Loader, asset: &Asset, root: &Node, primitive: &Node) 
     if primitive.get("targets").is_some() {
         loader.note(format!("{}: morph targets are ignored", root.file.display()));
     }
-    Ok(Some(Mesh { positions, normals, triangles }))
+    Ok(Some(Mesh { positions, normals, uvs, triangles }))
 }
 
-fn look(loader: &mut Loader, root: &Node, primitive: &Node, looks: &mut HashMap<Option<u32>, Look>) -> Result<Look> {
+fn look(
+    loader: &mut Loader,
+    root: &Node,
+    primitive: &Node,
+    textures: &mut Textures,
+    looks: &mut HashMap<Option<u32>, Look>,
+) -> Result<Look> {
     let index = primitive.get("material");
     let key = index.as_ref().map(|n| n.integer(0, u32::MAX)).transpose()?;
     if let Some(look) = looks.get(&key) {
         return Ok(look.clone());
     }
     let node = index.map(|index| item(root, "materials", &index)).transpose()?;
-    let look = material(loader, node.as_ref())?;
+    let look = material(loader, textures, node.as_ref())?;
+    for note in textures.notes.drain(..) {
+        loader.note(format!("{}: {note}", root.file.display()));
+    }
     looks.insert(key, look.clone());
     Ok(look)
 }

@@ -68,7 +68,8 @@ fn glb(bytes: &[u8]) -> Option<(&[u8], Option<&[u8]>)> {
     Some((json, chunk(next, b"BIN\0")))
 }
 
-fn decode_uri(data: &str) -> Option<Vec<u8>> {
+/// The bytes of a base64 data URI without its `data:`.
+pub(super) fn decode_uri(data: &str) -> Option<Vec<u8>> {
     let (_, text) = data.split_once(";base64,")?;
     let mut out = Vec::with_capacity(text.len() / 4 * 3);
     let (mut bits, mut held) = (0u32, 0u32);
@@ -91,7 +92,8 @@ fn decode_uri(data: &str) -> Option<Vec<u8>> {
     Some(out)
 }
 
-fn percent_decoded(uri: &str) -> String {
+/// A URI's path as a file name.
+pub(super) fn percent_decoded(uri: &str) -> String {
     let mut out = Vec::new();
     let mut rest = uri.as_bytes();
     while let Some((&byte, tail)) = rest.split_first() {
@@ -115,6 +117,22 @@ pub(super) fn item<'a>(root: &Node<'a>, list: &str, index: &Node) -> Result<Node
     let i = index.integer(0, u32::MAX)? as usize;
     let found = root.get(list).and_then(|items| items.element(i));
     found.ok_or_else(|| index.fail(format!("there is no element {i} in {list}"), "export the file again"))
+}
+
+fn get(node: &Node, key: &str, default: usize) -> Result<usize> {
+    node.get(key).map_or(Ok(default), |v| v.integer(0, u32::MAX).map(|v| v as usize))
+}
+
+/// A buffer view and its bytes.
+pub(super) fn view<'r, 'b>(root: &Node<'r>, buffers: &'b [Vec<u8>], index: &Node) -> Result<(Node<'r>, &'b [u8])> {
+    let view = item(root, "bufferViews", index)?;
+    let buffer_index = view.need("buffer")?;
+    let buffer = buffers.get(buffer_index.integer(0, u32::MAX)? as usize);
+    let buffer = buffer.ok_or_else(|| buffer_index.fail("there is no such buffer", "export the file again"))?;
+    let (start, length) = (get(&view, "byteOffset", 0)?, view.need("byteLength")?.integer(0, u32::MAX)? as usize);
+    let data = start.checked_add(length).and_then(|stop| buffer.get(start..stop));
+    let data = data.ok_or_else(|| view.fail("the view reaches beyond its buffer", "export the file again"))?;
+    Ok((view, data))
 }
 
 /// The numbers of an accessor of `N` components, normalised integers as the fractions they stand for.
@@ -155,23 +173,15 @@ pub(super) fn accessor<const N: usize>(root: &Node, buffers: &[Vec<u8>], index: 
         }
     };
     let view_index = node.get("bufferView").ok_or_else(|| node.fail("the accessor has no data", "export the file again"))?;
-    let view = item(root, "bufferViews", &view_index)?;
-    let get =
-        |n: &Node, key: &str, default: usize| n.get(key).map_or(Ok(default), |v| v.integer(0, u32::MAX).map(|v| v as usize));
-    let buffer_index = view.need("buffer")?;
-    let buffer = buffers.get(buffer_index.integer(0, u32::MAX)? as usize);
-    let buffer = buffer.ok_or_else(|| buffer_index.fail("there is no such buffer", "export the file again"))?;
-    let (start, length) = (get(&view, "byteOffset", 0)?, view.need("byteLength")?.integer(0, u32::MAX)? as usize);
+    let (view, data) = view(root, buffers, &view_index)?;
     let count = node.need("count")?.integer(0, u32::MAX)? as usize;
     let width = size * N;
     let (offset, stride) = (get(&node, "byteOffset", 0)?, get(&view, "byteStride", width)?.max(1));
     // usize is 64 bits wherever the products of two u32 could matter; elsewhere the checks fail safely.
     let end = count.checked_sub(1).map_or(Some(offset), |last| last.checked_mul(stride)?.checked_add(offset)?.checked_add(width));
-    let data = start.checked_add(length).and_then(|stop| buffer.get(start..stop));
-    let data = match (data, end) {
-        (Some(data), Some(end)) if end <= data.len() => data,
-        _ => return Err(node.fail("the accessor reaches beyond its buffer", "export the file again")),
-    };
+    if end.is_none_or(|end| end > data.len()) {
+        return Err(node.fail("the accessor reaches beyond its buffer", "export the file again"));
+    }
     let normalised = node.get("normalized").map_or(Ok(false), |n| n.boolean())?;
     let factor = if normalised { 1.0 / largest } else { 1.0 };
     let element = |i: usize| {

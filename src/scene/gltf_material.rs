@@ -1,10 +1,12 @@
-//! glTF materials as Abbe's: transmission becomes glass, metal a conductor, everything else diffuse; emission stays emission.
+//! glTF materials as Abbe's: metal is a conductor, transmission glass, the rest diffuse, and what lies between a mixture; alpha mixes with nothing at all.
 //!
-//! Textures are not read and the glossy coat of non-metals is left out; the notes say so.
+//! There is no material of a glossy coat on a diffuse base here, so that non-metals are matte, and one width of roughness for all of a material.
+//! The loader's notes say so where it matters.
 
+use super::gltf_texture::{Textures, Use, uv_set};
 use super::json::Node;
 use super::load::Loader;
-use super::{Emission, Interior, Material};
+use super::{Emission, Interior, Material, Texture};
 use crate::color::cie;
 use crate::error::Result;
 use crate::spectrum::library::Observer;
@@ -15,6 +17,8 @@ use crate::spectrum::{Ior, Spectrum, upsample};
 pub(super) struct Look {
     pub material: usize,
     pub emission: Option<Emission>,
+    /// The set of texture coordinates that its pictures use.
+    pub uv_set: u32,
 }
 
 /// Radiance, intensity or irradiance of a light whose linear RGB is photometric: (1, 1, 1) is D65 of 1 cd m^-2, cd or lx.
@@ -23,94 +27,241 @@ pub(super) fn photometric(node: &Node, rgb: [f64; 3], factor: f64) -> Result<Spe
     Ok(spectrum.scaled(factor / cie::xyz_of_unit(Observer::Cie1931)[1]))
 }
 
+/// Extensions of materials that change only how they look, not what they are: named by what is lost.
+const LOST: &[(&str, &str)] = &[
+    ("KHR_materials_clearcoat", "clear coats"),
+    ("KHR_materials_sheen", "sheen"),
+    ("KHR_materials_iridescence", "iridescence"),
+    ("KHR_materials_anisotropy", "anisotropy (roughness is the same in all directions)"),
+    ("KHR_materials_specular", "the strength and colour of specular reflection"),
+    ("KHR_materials_diffuse_transmission", "diffuse transmission"),
+    ("KHR_materials_unlit", "\"unlit\" (such surfaces are lit like all others)"),
+];
+
+/// One glTF material being read.
+struct Reader<'r, 'n, 't> {
+    loader: &'r mut Loader,
+    textures: &'r mut Textures<'t>,
+    node: &'r Node<'n>,
+    pbr: Option<Node<'n>>,
+    uv_set: u32,
+}
+
 /// Adds the material that a primitive names (or the default, a grey diffuse one) to the scene.
-pub(super) fn material(loader: &mut Loader, node: Option<&Node>) -> Result<Look> {
+pub(super) fn material(loader: &mut Loader, textures: &mut Textures, node: Option<&Node>) -> Result<Look> {
     let Some(node) = node else {
-        loader.scene.materials.push(Material::Diffuse { reflectance: Spectrum::Constant(0.8) });
-        return Ok(Look { material: loader.scene.materials.len() - 1, emission: None });
-    };
-    let extension = |name: &str| node.get("extensions").and_then(|e| e.get(name));
-    let factor = |n: Option<Node>, key: &str, default: f64, most: f64| match n.and_then(|n| n.get(key)) {
-        Some(v) => v.within(0.0, most),
-        None => Ok(default),
-    };
-    let colour = |n: Option<&Node>, key: &str, default: [f64; 3]| -> Result<[f64; 3]> {
-        let Some(value) = n.and_then(|n| n.get(key)) else { return Ok(default) };
-        let items = value.array(3)?;
-        let mut rgb = [0.0; 3];
-        for (c, item) in rgb.iter_mut().zip(&items) {
-            *c = item.within(0.0, 1.0)?;
-        }
-        Ok(rgb)
+        loader.scene.materials.push(Material::Diffuse { reflectance: Spectrum::Constant(0.8).into() });
+        return Ok(Look { material: loader.scene.materials.len() - 1, emission: None, uv_set: 0 });
     };
     let pbr = node.get("pbrMetallicRoughness");
-    let base = colour(pbr.as_ref(), "baseColorFactor", [1.0; 3])?;
-    let metallic = factor(pbr.clone(), "metallicFactor", 1.0, 1.0)?;
-    let roughness = factor(pbr.clone(), "roughnessFactor", 1.0, 1.0)?;
-    // glTF's roughness is the square root of the GGX width; below 0.001 a surface is smooth here.
-    let alpha = if roughness * roughness < 1e-3 { 0.0 } else { roughness * roughness };
-    let transmission = factor(extension("KHR_materials_transmission"), "transmissionFactor", 0.0, 1.0)?;
-    let textured =
-        ["baseColorTexture", "metallicRoughnessTexture"].iter().any(|t| pbr.as_ref().is_some_and(|p| p.get(t).is_some()));
-    if textured || ["normalTexture", "emissiveTexture"].iter().any(|t| node.get(t).is_some()) {
-        loader.note(format!("{}: textures are ignored", node.file.display()));
+    let mut reader = Reader { loader, textures, node, pbr, uv_set: 0 };
+    let slots = ["baseColorTexture", "metallicRoughnessTexture", "emissiveTexture", "transmissionTexture"];
+    if let Some(info) = slots.iter().find_map(|slot| reader.info(slot)) {
+        reader.uv_set = uv_set(&info)?;
     }
-    let reflectance =
-        |rgb| upsample::reflectance_from_linear_srgb(rgb).map_err(|problem| node.fail(problem, "use another colour"));
-    let material = if transmission >= 0.5 {
-        let ior = factor(extension("KHR_materials_ior"), "ior", 1.5, 10.0)?;
-        let ior = if ior == 0.0 { 1.5 } else { ior }; // 0 is a glTF idiom for old shading models
-        let dispersion = factor(extension("KHR_materials_dispersion"), "dispersion", 0.0, 100.0)?;
-        let ior = Ior::from_abbe_number(ior.max(0.1), if dispersion > 0.0 { 20.0 / dispersion } else { f64::INFINITY });
-        let (lo, hi) = loader.reader.range;
-        ior.check_range(lo, hi).map_err(|problem| node.fail(problem, "use a smaller dispersion"))?;
-        if base != [1.0; 3] {
-            loader.note(format!(
-                "{}: the surface tint of glass is ignored; use KHR_materials_volume to colour it",
-                node.file.display()
-            ));
-        }
-        let volume = extension("KHR_materials_volume")
-            .filter(|v| v.get("thicknessFactor").is_some_and(|t| t.number().is_ok_and(|t| t > 0.0)));
-        match volume {
-            None => Material::ThinDielectric { ior },
-            Some(volume) => {
-                let interior = Interior {
-                    ior,
-                    priority: 1,
-                    sigma_a: absorption(&volume, loader.reader.range, &colour)?,
-                    ..Interior::vacuum("glass")
-                };
-                loader.scene.interiors.push(interior);
-                Material::Dielectric { interior: loader.scene.interiors.len() - 1, alpha }
+    reader.note_losses();
+    let emission = reader.emission()?;
+    let material = reader.surface(emission.is_some())?;
+    Ok(Look { material, emission, uv_set: reader.uv_set })
+}
+
+impl<'n> Reader<'_, 'n, '_> {
+    fn extension(&self, name: &str) -> Option<Node<'n>> {
+        self.node.get("extensions").and_then(|e| e.get(name))
+    }
+
+    /// The textureInfo of a slot, wherever it stands.
+    fn info(&self, slot: &str) -> Option<Node<'n>> {
+        let places = [self.pbr.clone(), Some(self.node.clone()), self.extension("KHR_materials_transmission")];
+        places.into_iter().flatten().find_map(|place| place.get(slot))
+    }
+
+    fn note(&mut self, text: &str) {
+        self.loader.note(format!("{}: {text}", self.node.file.display()));
+    }
+
+    fn note_losses(&mut self) {
+        for (name, lost) in LOST {
+            if self.extension(name).is_some() {
+                self.note(&format!("{lost}: ignored ({name})"));
             }
         }
-    } else if metallic >= 0.5 {
-        // The index of a dielectric with the same reflectance at normal incidence: (n - 1)^2 / (n + 1)^2 = base, k = 0.
-        let base = reflectance(base)?;
-        let n_of = |f: f64| (1.0 + f.min(0.98).sqrt()) / (1.0 - f.min(0.98).sqrt());
-        Material::Conductor { eta: sampled(loader.reader.range, |nm| n_of(base.eval(nm))), k: Spectrum::Constant(0.0), alpha }
-    } else {
-        Material::Diffuse { reflectance: reflectance(base)? }
-    };
-    loader.scene.materials.push(material);
-    let material = loader.scene.materials.len() - 1;
-
-    let emissive = colour(Some(node), "emissiveFactor", [0.0; 3])?;
-    let strength = factor(extension("KHR_materials_emissive_strength"), "emissiveStrength", 1.0, 1e12)?;
-    if emissive.iter().all(|v| *v * strength == 0.0) {
-        return Ok(Look { material, emission: None });
+        if self.node.get("normalTexture").is_some() {
+            self.note("normal maps are ignored");
+        }
     }
-    let two_sided = node.get("doubleSided").map_or(Ok(false), |n| n.boolean())?;
-    Ok(Look { material, emission: Some(Emission { radiance: photometric(node, emissive, strength)?, two_sided }) })
+
+    fn push(&mut self, material: Material) -> usize {
+        self.loader.scene.materials.push(material);
+        self.loader.scene.materials.len() - 1
+    }
+
+    /// `weight` of `a`, the rest of `b`, or one of the two alone.
+    fn mix(&mut self, a: usize, b: usize, weight: Texture) -> usize {
+        match weight {
+            Texture::Uniform(Spectrum::Constant(1.0)) => a,
+            Texture::Uniform(Spectrum::Constant(0.0)) => b,
+            weight => self.push(Material::Mix { a, b, weight }),
+        }
+    }
+
+    /// A number in [0, 1] from a factor and a channel of a texture.
+    fn share(&mut self, factor: f64, slot: &str, channel: usize, cutoff: Option<f64>) -> Result<Texture> {
+        if let (Some(info), true) = (self.info(slot), factor > 0.0) {
+            let one = Spectrum::Constant(1.0);
+            if let Some(texture) = self.textures.read(&info, self.uv_set, Use::Channel(channel, factor), one, cutoff)? {
+                return Ok(texture);
+            }
+        }
+        Ok(Spectrum::Constant(cutoff.map_or(factor, |cutoff| f64::from(u8::from(factor >= cutoff)))).into())
+    }
+
+    fn surface(&mut self, emits: bool) -> Result<usize> {
+        let base = colour(self.pbr.as_ref(), "baseColorFactor", [1.0; 3])?;
+        let metallic = factor(self.pbr.as_ref(), "metallicFactor", 1.0, 1.0)?;
+        let transmission = factor(self.extension("KHR_materials_transmission").as_ref(), "transmissionFactor", 0.0, 1.0)?;
+        let metallic = self.share(metallic, "metallicRoughnessTexture", 2, None)?;
+        let transmission = self.share(transmission, "transmissionTexture", 0, None)?;
+        let alpha = self.ggx_width()?;
+        let is = |share: &Texture, value: f64| matches!(share, Texture::Uniform(Spectrum::Constant(v)) if *v == value);
+        let reflectance = match self.info("baseColorTexture") {
+            Some(info) => self.textures.read(&info, self.uv_set, Use::Reflectance(base), Spectrum::Constant(1.0), None)?,
+            None => None,
+        };
+        let reflectance = match reflectance {
+            Some(texture) => texture,
+            None => upsample::reflectance_from_linear_srgb(base).map_err(|e| self.node.fail(e, "use another colour"))?.into(),
+        };
+        let mut surface = None;
+        if !is(&metallic, 1.0) && !is(&transmission, 1.0) {
+            self.note("non-metals are matte: the glossy reflection of their surface is left out");
+            surface = Some(self.push(Material::Diffuse { reflectance: reflectance.clone() }));
+        }
+        if !is(&metallic, 1.0) && !is(&transmission, 0.0) {
+            let glass = self.glass(base, alpha)?;
+            surface = Some(surface.map_or(glass, |under| self.mix(glass, under, transmission)));
+        }
+        if !is(&metallic, 0.0) {
+            let metal = self.metal(&reflectance, alpha);
+            surface = Some(surface.map_or(metal, |under| self.mix(metal, under, metallic)));
+        }
+        let surface = surface.unwrap_or_else(|| self.loader.black());
+        let mode = match self.node.get("alphaMode") {
+            Some(mode) => mode.choice(&["OPAQUE", "MASK", "BLEND"])?,
+            None => "OPAQUE",
+        };
+        if mode == "OPAQUE" {
+            return Ok(surface);
+        }
+        let opacity = match self.pbr.as_ref().and_then(|p| p.get("baseColorFactor")).and_then(|f| f.element(3)) {
+            Some(alpha) => alpha.within(0.0, 1.0)?,
+            None => 1.0,
+        };
+        let cutoff = if mode == "MASK" { Some(factor(Some(self.node), "alphaCutoff", 0.5, 1e3)?) } else { None };
+        let presence = self.share(opacity, "baseColorTexture", 3, cutoff)?;
+        if emits && !is(&presence, 1.0) {
+            self.note("a surface that emits does so where it is transparent too");
+        }
+        let nothing = self.push(Material::Boundary { interior: None });
+        Ok(self.mix(surface, nothing, presence))
+    }
+
+    /// GGX width: glTF's roughness is its square root; below 0.001 a surface is smooth here. Of a texture the mean counts.
+    fn ggx_width(&mut self) -> Result<f64> {
+        let mut roughness = factor(self.pbr.as_ref(), "roughnessFactor", 1.0, 1.0)?;
+        if let Some(mean) = self.info("metallicRoughnessTexture").map(|info| self.textures.mean(&info, 1)).transpose()?.flatten()
+        {
+            roughness *= mean;
+            self.note("roughness varies over no surface: the mean of its picture counts");
+        }
+        let width = roughness * roughness;
+        Ok(if width < 1e-3 { 0.0 } else { width })
+    }
+
+    /// A metal that at normal incidence reflects what `reflectance` says.
+    fn metal(&mut self, reflectance: &Texture, alpha: f64) -> usize {
+        let range = self.loader.reader.range;
+        match reflectance {
+            Texture::Uniform(base) => {
+                // The index of a dielectric with that reflectance: (n - 1)^2 / (n + 1)^2 = base, k = 0.
+                let n_of = |f: f64| (1.0 + f.min(0.98).sqrt()) / (1.0 - f.min(0.98).sqrt());
+                let eta = sampled(range, |nm| n_of(base.eval(nm)));
+                self.push(Material::Conductor { eta, k: Spectrum::Constant(0.0), alpha })
+            }
+            picture => {
+                self.note("metals of a pictured colour keep it at grazing angles, where real ones turn white");
+                // Reflects 0.9996 at normal incidence.
+                let (eta, k) = (Spectrum::Constant(0.01), Spectrum::Constant(10.0));
+                let mirror = self.push(Material::Conductor { eta, k, alpha });
+                let black = self.loader.black();
+                self.mix(mirror, black, picture.clone())
+            }
+        }
+    }
+
+    fn glass(&mut self, base: [f64; 3], alpha: f64) -> Result<usize> {
+        let ior = factor(self.extension("KHR_materials_ior").as_ref(), "ior", 1.5, 10.0)?;
+        let ior = if ior == 0.0 { 1.5 } else { ior }; // 0 is a glTF idiom for old shading models
+        let dispersion = factor(self.extension("KHR_materials_dispersion").as_ref(), "dispersion", 0.0, 100.0)?;
+        let ior = Ior::from_abbe_number(ior.max(0.1), if dispersion > 0.0 { 20.0 / dispersion } else { f64::INFINITY });
+        let (lo, hi) = self.loader.reader.range;
+        ior.check_range(lo, hi).map_err(|problem| self.node.fail(problem, "use a smaller dispersion"))?;
+        if base != [1.0; 3] || self.info("baseColorTexture").is_some() {
+            self.note("the surface tint of glass is ignored; use KHR_materials_volume to colour it");
+        }
+        let name = self.node.get("name").and_then(|n| n.value.as_str()).unwrap_or("glass").to_string();
+        let volume = self
+            .extension("KHR_materials_volume")
+            .filter(|v| v.get("thicknessFactor").is_some_and(|t| t.number().is_ok_and(|t| t > 0.0)));
+        let Some(volume) = volume else {
+            self.note(&format!(
+                "the glass {name:?} has no thickness (KHR_materials_volume) and counts as a thin pane that refracts nothing; to make it solid, \
+                 set a thickness in the exporter or \"override\" it in a scene"
+            ));
+            return Ok(self.push(Material::ThinDielectric { ior }));
+        };
+        let sigma_a = absorption(&volume, (lo, hi))?;
+        self.loader.scene.interiors.push(Interior { ior, priority: 1, sigma_a, ..Interior::vacuum(&name) });
+        Ok(self.push(Material::Dielectric { interior: self.loader.scene.interiors.len() - 1, alpha }))
+    }
+
+    fn emission(&mut self) -> Result<Option<Emission>> {
+        let emissive = colour(Some(self.node), "emissiveFactor", [0.0; 3])?;
+        let strength = factor(self.extension("KHR_materials_emissive_strength").as_ref(), "emissiveStrength", 1.0, 1e12)?;
+        if emissive.iter().all(|v| *v * strength == 0.0) {
+            return Ok(None);
+        }
+        let two_sided = self.node.get("doubleSided").map_or(Ok(false), |n| n.boolean())?;
+        let white = upsample::white().scaled(strength / cie::xyz_of_unit(Observer::Cie1931)[1]);
+        let picture = match self.info("emissiveTexture") {
+            Some(info) => self.textures.read(&info, self.uv_set, Use::Light(emissive), white, None)?,
+            None => None,
+        };
+        let radiance = match picture {
+            Some(picture) if picture.is_zero() => return Ok(None),
+            Some(picture) => picture,
+            None => photometric(self.node, emissive, strength)?.into(),
+        };
+        Ok(Some(Emission { radiance, two_sided }))
+    }
+}
+
+fn factor(node: Option<&Node>, key: &str, default: f64, most: f64) -> Result<f64> {
+    node.and_then(|n| n.get(key)).map_or(Ok(default), |v| v.within(0.0, most))
+}
+
+fn colour(node: Option<&Node>, key: &str, default: [f64; 3]) -> Result<[f64; 3]> {
+    let Some(value) = node.and_then(|n| n.get(key)) else { return Ok(default) };
+    let items = value.array(3)?;
+    let mut rgb = [0.0; 3];
+    for (c, item) in rgb.iter_mut().zip(&items) {
+        *c = item.within(0.0, 1.0)?;
+    }
+    Ok(rgb)
 }
 
 /// KHR_materials_volume: transmittance `attenuationColor` over `attenuationDistance` metres, as a coefficient in m^-1.
-fn absorption(
-    volume: &Node,
-    range: (f64, f64),
-    colour: &impl Fn(Option<&Node>, &str, [f64; 3]) -> Result<[f64; 3]>,
-) -> Result<Spectrum> {
+fn absorption(volume: &Node, range: (f64, f64)) -> Result<Spectrum> {
     let rgb = colour(Some(volume), "attenuationColor", [1.0; 3])?;
     let Some(distance) = volume.get("attenuationDistance") else { return Ok(Spectrum::Constant(0.0)) };
     let distance = distance.length()?;

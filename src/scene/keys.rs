@@ -64,7 +64,8 @@ pub const KEYS: &[(&str, &[&str])] = &[
     ("box", &["min", "max"]),
     ("prism", &["polygon", "length"]),
     ("mesh", &["file", "smooth"]),
-    ("gltf", &["file"]),
+    ("gltf", &["file", "override"]),
+    ("override", &["diffuse", "dielectric", "thin_dielectric", "conductor", "mix", "boundary", "use", "emission"]),
     ("emission", &["radiance", "two_sided"]),
     ("transform", &["scale", "axis", "rotate_deg", "translate", "matrix"]),
     ("light", LIGHTS),
@@ -76,6 +77,7 @@ pub const KEYS: &[(&str, &[&str])] = &[
     ("constant", &["radiance"]),
     ("image", &["file", "scale", "transform"]),
     ("spectrum", &["file", "illuminant", "blackbody", "line", "band", "srgb", "linear_rgb", "reflectance", "scale"]),
+    ("texture", &["texture", "tiles", "wrap", "filter", "linear", "scale"]),
     ("line", &["nm", "width", "power"]),
     ("band", &["nm", "width", "value"]),
     (

@@ -5,7 +5,8 @@ use super::json::{Node, parse};
 use super::keys::SENSORS;
 use super::materials::Materials;
 use super::spectra::SpectrumReader;
-use super::{Bins, Estimator, FilmSettings, Filter, Light, Mesh, Scene, Sensor, Shape, WavelengthSampling, gltf};
+use super::texture::Image;
+use super::{Bins, Estimator, FilmSettings, Filter, Light, Mesh, Scene, Sensor, Shape, WavelengthSampling, gltf, image_texture};
 use crate::error::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
@@ -64,8 +65,12 @@ pub(super) struct Loader {
     pub(super) scene: Scene,
     /// Material indices by name.
     pub(super) names: HashMap<String, usize>,
+    /// What materials are made with.
+    pub(super) kit: Materials,
     /// Meshes that were read already, by file and whether they are smoothed.
     pub(super) meshes: HashMap<(PathBuf, Option<bool>), Arc<Mesh>>,
+    /// Pictures on surfaces that were read already.
+    pub(super) images: HashMap<image_texture::Key, Arc<Image>>,
     /// The camera of an included glTF file, for a scene that has none of its own.
     pub(super) camera: Option<Sensor>,
     /// Shapes and instances visited, against instances of instances of instances.
@@ -97,7 +102,9 @@ impl Loader {
             reader: SpectrumReader { files, range },
             scene,
             names: HashMap::new(),
+            kit: Materials::default(),
             meshes: HashMap::new(),
+            images: HashMap::new(),
             camera: None,
             visits: 0,
             triangles: 0,

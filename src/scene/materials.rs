@@ -20,7 +20,8 @@ struct Medium {
     g: f64,
 }
 
-/// The materials of a scene file in the making.
+/// What the materials of a scene file are made with.
+#[derive(Clone, Default)]
 pub(super) struct Materials {
     media: HashMap<String, Medium>,
 }
@@ -50,9 +51,11 @@ impl Materials {
             loader.names.insert(name.to_string(), index);
         }
         for (name, node) in &nodes {
+            node.object("material")?;
             let material = this.material(loader, name, node)?;
             loader.scene.materials.push(material);
         }
+        loader.kit = this;
         for (index, (_, node)) in nodes.iter().enumerate() {
             check_mix(&loader.scene.materials, index, 0).map_err(|problem| node.fail(problem, "mix simpler materials"))?;
         }
@@ -71,12 +74,12 @@ impl Materials {
         Ok(())
     }
 
-    fn material(&self, loader: &mut Loader, name: &str, node: &Node) -> Result<Material> {
-        node.object("material")?;
+    /// One material of the scene; `name` is for what it encloses.
+    pub(super) fn material(&self, loader: &mut Loader, name: &str, node: &Node) -> Result<Material> {
         let (kind, inner) = node.one_of(MATERIALS)?;
         inner.object(kind)?;
         Ok(match kind {
-            "diffuse" => Material::Diffuse { reflectance: loader.reader.spectrum(&inner.need("reflectance")?, Place::Share)? },
+            "diffuse" => Material::Diffuse { reflectance: loader.share(&inner.need("reflectance")?)? },
             "dielectric" => {
                 let ior = inner.need("ior")?;
                 let mut interior =
@@ -103,7 +106,7 @@ impl Materials {
             "mix" => Material::Mix {
                 a: loader.material_index(&inner.need("a")?)?,
                 b: loader.material_index(&inner.need("b")?)?,
-                weight: loader.reader.spectrum(&inner.need("weight")?, Place::Share)?,
+                weight: loader.share(&inner.need("weight")?)?,
             },
             _ => Material::Boundary { interior: self.boundary(loader, name, &inner)? },
         })

@@ -7,6 +7,9 @@ use glam::{DMat3, DMat4, DVec3};
 use std::f64::consts::PI;
 use std::path::Path;
 
+/// A picture is repeated at most this often: single precision on the GPU has too few digits for more.
+const MOST_REPEATS: f64 = 1e4;
+
 /// Reads a PLY or OBJ file by its extension.
 pub fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, Flaw> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
@@ -27,6 +30,10 @@ pub fn place(mesh: &Mesh, m: &DMat4) -> Result<(Mesh, usize), Flaw> {
     let count = mesh.positions.len();
     if !mesh.normals.is_empty() && mesh.normals.len() != count {
         return Err((format!("{} normals for {count} vertices", mesh.normals.len()), "give one normal per vertex".into()));
+    }
+    if !mesh.uvs.is_empty() && mesh.uvs.len() != count {
+        let problem = format!("{} texture coordinates for {count} vertices", mesh.uvs.len());
+        return Err((problem, "give one pair per vertex".into()));
     }
     if let Some(i) = mesh.positions.iter().position(|p| !p.is_finite()) {
         return Err((format!("vertex {i} is not finite"), "export the mesh again".into()));
@@ -49,7 +56,7 @@ pub fn place(mesh: &Mesh, m: &DMat4) -> Result<(Mesh, usize), Flaw> {
     let dropped = mesh.triangles.len() - triangles.len();
     let inverse_transpose = linear.inverse().transpose();
     let normals = mesh.normals.iter().map(|&n| (inverse_transpose * n).normalize_or_zero()).collect();
-    let mut placed = Mesh { positions, normals, triangles };
+    let mut placed = Mesh { positions, normals, uvs: mesh.uvs.clone(), triangles };
     if placed.normals.contains(&DVec3::ZERO) {
         let computed = smooth_normals(&placed);
         for (normal, own) in placed.normals.iter_mut().zip(computed) {
@@ -59,6 +66,22 @@ pub fn place(mesh: &Mesh, m: &DMat4) -> Result<(Mesh, usize), Flaw> {
         }
     }
     Ok((placed, dropped))
+}
+
+/// Can a picture be put on this?
+pub fn check_uvs(geometry: &Geometry) -> Result<(), Flaw> {
+    let uvs = match geometry {
+        Geometry::Mesh(mesh) => mesh.uvs.as_slice(),
+        _ => &[],
+    };
+    if uvs.is_empty() {
+        let remedy = "use a quad, or a mesh exported with texture coordinates (UVs)";
+        return Err(("a picture is to be put on a shape without texture coordinates".into(), remedy.into()));
+    }
+    match uvs.iter().position(|uv| !uv.is_finite() || uv.abs().max_element() > MOST_REPEATS) {
+        Some(i) => Err((format!("the texture coordinates of vertex {i} are beyond 1e4"), "export the mesh again".into())),
+        None => Ok(()),
+    }
 }
 
 /// Has the triangle no area in double precision?

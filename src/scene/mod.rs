@@ -8,6 +8,9 @@ mod files;
 mod gltf;
 mod gltf_file;
 mod gltf_material;
+mod gltf_override;
+mod gltf_texture;
+mod image_texture;
 mod json;
 pub mod keys;
 mod lights;
@@ -15,17 +18,20 @@ mod load;
 mod materials;
 mod mesh;
 mod obj;
+mod picture;
 mod ply;
 mod shapes;
 mod spectra;
+pub mod texture;
 mod transform;
 mod units;
 
 pub(crate) use json::{quoted, suggest};
 pub use load::{LoadOptions, load, load_str};
+pub use texture::Texture;
 
 use crate::spectrum::{Ior, Spectrum};
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use std::sync::Arc;
 
 /// A complete scene.
@@ -192,7 +198,7 @@ pub enum Material {
     /// Lambertian, on both sides.
     Diffuse {
         /// Reflectance in [0, 1].
-        reflectance: Spectrum,
+        reflectance: Texture,
     },
     /// The boundary of a transparent solid; smooth for `alpha = 0`, else GGX with energy compensation ([`crate::bsdf`]).
     Dielectric {
@@ -222,7 +228,7 @@ pub enum Material {
         /// Index of the second material.
         b: usize,
         /// Share of `a`, in [0, 1].
-        weight: Spectrum,
+        weight: Texture,
     },
     /// No surface at all: light goes straight through, into or out of the interior where there is one.
     Boundary {
@@ -265,7 +271,7 @@ pub struct Shape {
 #[derive(Debug, Clone)]
 pub struct Emission {
     /// Radiance, W m^-2 sr^-1 nm^-1.
-    pub radiance: Spectrum,
+    pub radiance: Texture,
     /// Emits on both sides instead of along the outward normal only.
     pub two_sided: bool,
 }
@@ -311,8 +317,23 @@ pub struct Mesh {
     pub positions: Vec<DVec3>,
     /// Unit shading normals per vertex, or empty for a faceted mesh.
     pub normals: Vec<DVec3>,
+    /// Texture coordinates per vertex, (0, 0) being the upper left corner of a picture and (1, 1) the lower right; or empty.
+    pub uvs: Vec<DVec2>,
     /// Vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// Texture coordinates at the barycentric coordinates of the second and third corner of triangle `t`; (0, 0) without any.
+    pub fn uv(&self, t: usize, [b, c]: [f64; 2]) -> DVec2 {
+        match self.uvs.as_slice() {
+            [] => DVec2::ZERO,
+            uvs => {
+                let [p, q, r] = self.triangles[t].map(|v| uvs[v as usize]);
+                p * (1.0 - b - c) + q * b + r * c
+            }
+        }
+    }
 }
 
 /// Lights that are not shapes. Directions are unit vectors along which light travels.

@@ -1,25 +1,30 @@
-//! Wavefront OBJ meshes: `v`, `vn` and `f`; everything else (groups, texture coordinates, materials) is passed over.
+//! Wavefront OBJ meshes: `v`, `vt`, `vn` and `f`; everything else (groups, materials) is passed over.
 
 use super::transform::Flaw;
 use super::{Mesh, json::quoted};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
 /// Reads an OBJ file. It is smooth if every corner of every face has a normal, else faceted.
 pub fn read(bytes: &[u8]) -> Result<Mesh, Flaw> {
     let text = String::from_utf8_lossy(bytes);
-    let (mut points, mut normals) = (Vec::new(), Vec::new());
+    let (mut points, mut uvs, mut normals) = (Vec::new(), Vec::new(), Vec::new());
     let mut faces: Vec<[Corner; 3]> = Vec::new();
     for (number, line) in text.lines().enumerate() {
         let at = |problem: String| (format!("line {}: {problem}", number + 1), "export the OBJ file again".to_string());
         let line = line.split('#').next().unwrap_or_default();
         let mut words = line.split_ascii_whitespace();
         match words.next() {
-            Some("v") => points.push(vector(words).map_err(at)?),
-            Some("vn") => normals.push(vector(words).map_err(at)?),
+            Some("v") => points.push(DVec3::from_array(numbers(words).map_err(at)?)),
+            Some("vn") => normals.push(DVec3::from_array(numbers(words).map_err(at)?)),
+            Some("vt") => {
+                let [u, v] = numbers(words).map_err(at)?;
+                // OBJ counts v from the lower edge of the picture.
+                uvs.push(DVec2::new(u, 1.0 - v));
+            }
             Some("f") => {
                 let corners: Vec<Corner> =
-                    words.map(|w| corner(w, points.len(), normals.len())).collect::<Result<_, _>>().map_err(at)?;
+                    words.map(|w| corner(w, points.len(), uvs.len(), normals.len())).collect::<Result<_, _>>().map_err(at)?;
                 if corners.len() < 3 {
                     return Err(at(format!("a face of {} corners", corners.len())));
                 }
@@ -28,18 +33,22 @@ pub fn read(bytes: &[u8]) -> Result<Mesh, Flaw> {
             _ => {}
         }
     }
-    if !faces.iter().flatten().all(|c| c.normal.is_some()) {
+    let all_have = |what: fn(&Corner) -> Option<u32>| faces.iter().flatten().all(|c| what(c).is_some());
+    let (smooth, textured) = (all_have(|c| c.normal), all_have(|c| c.uv));
+    if !smooth && !textured {
         let triangles = faces.iter().map(|f| f.map(|c| c.point)).collect();
-        return Ok(Mesh { positions: points, normals: Vec::new(), triangles });
+        return Ok(Mesh { positions: points, triangles, ..Mesh::default() });
     }
-    // A vertex for each pair of point and normal that occurs.
+    // A vertex for each combination of point, texture coordinates and normal that occurs.
     let mut mesh = Mesh::default();
     let mut known: HashMap<Corner, u32> = HashMap::new();
     for face in faces {
         let triangle = face.map(|c| {
+            let c = Corner { point: c.point, uv: c.uv.filter(|_| textured), normal: c.normal.filter(|_| smooth) };
             *known.entry(c).or_insert_with(|| {
                 mesh.positions.push(points[c.point as usize]);
-                mesh.normals.push(c.normal.map_or(DVec3::Y, |n| normals[n as usize]));
+                mesh.normals.extend(c.normal.map(|n| normals[n as usize]));
+                mesh.uvs.extend(c.uv.map(|uv| uvs[uv as usize]));
                 mesh.positions.len() as u32 - 1
             })
         });
@@ -51,21 +60,22 @@ pub fn read(bytes: &[u8]) -> Result<Mesh, Flaw> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Corner {
     point: u32,
+    uv: Option<u32>,
     normal: Option<u32>,
 }
 
-fn vector<'a>(words: impl Iterator<Item = &'a str>) -> Result<DVec3, String> {
-    let mut out = [0.0; 3];
+fn numbers<'a, const N: usize>(words: impl Iterator<Item = &'a str>) -> Result<[f64; N], String> {
+    let mut out = [0.0; N];
     let mut filled = 0;
     for (slot, word) in out.iter_mut().zip(words) {
         *slot = word.parse().map_err(|_| format!("{} is not a number", quoted(word)))?;
         filled += 1;
     }
-    if filled < 3 { Err(format!("{filled} coordinates instead of 3")) } else { Ok(DVec3::from_array(out)) }
+    if filled < N { Err(format!("{filled} coordinates instead of {N}")) } else { Ok(out) }
 }
 
 /// `point`, `point/texture`, `point//normal` or `point/texture/normal`; counted from 1, or backwards from -1.
-fn corner(word: &str, points: usize, normals: usize) -> Result<Corner, String> {
+fn corner(word: &str, points: usize, uvs: usize, normals: usize) -> Result<Corner, String> {
     let mut parts = word.split('/');
     let index = |part: &str, count: usize| -> Result<u32, String> {
         let i: i64 = part.parse().map_err(|_| format!("{} is no index", quoted(part)))?;
@@ -77,9 +87,6 @@ fn corner(word: &str, points: usize, normals: usize) -> Result<Corner, String> {
         }
     };
     let point = index(parts.next().unwrap_or_default(), points)?;
-    let normal = match parts.nth(1) {
-        Some(part) if !part.is_empty() => Some(index(part, normals)?),
-        _ => None,
-    };
-    Ok(Corner { point, normal })
+    let mut optional = |count| parts.next().filter(|part| !part.is_empty()).map(|part| index(part, count)).transpose();
+    Ok(Corner { point, uv: optional(uvs)?, normal: optional(normals)? })
 }

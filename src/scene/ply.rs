@@ -1,9 +1,9 @@
-//! PLY meshes (Turk 1994): ASCII and both binary orders; vertices with x, y, z and perhaps nx, ny, nz, and faces of any number of corners.
+//! PLY meshes (Turk 1994): ASCII and both binary orders; vertices with x, y, z and perhaps nx, ny, nz and s, t (or u, v), and faces of any number of corners.
 //! Whatever the header promises is held against the size of the file before room is made for it.
 
 use super::transform::Flaw;
 use super::{Mesh, json::quoted};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::str::SplitAsciiWhitespace;
 
 #[derive(Debug, Clone, Copy)]
@@ -203,6 +203,8 @@ fn vertices(element: &Element, body: &mut Body, mesh: &mut Mesh) -> Result<(), F
         [Some(nx), Some(ny), Some(nz)] => Some([nx, ny, nz]),
         _ => None,
     };
+    let pairs = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
+    let uv = pairs.iter().find_map(|pair| Some([find(pair[0])?, find(pair[1])?]));
     let mut row = vec![0.0; element.properties.len()];
     for _ in 0..element.count {
         for (value, property) in row.iter_mut().zip(&element.properties) {
@@ -214,6 +216,10 @@ fn vertices(element: &Element, body: &mut Body, mesh: &mut Mesh) -> Result<(), F
         mesh.positions.push(DVec3::new(row[x], row[y], row[z]));
         if let Some([nx, ny, nz]) = normal {
             mesh.normals.push(DVec3::new(row[nx], row[ny], row[nz]));
+        }
+        if let Some([u, v]) = uv {
+            // Counted from the lower edge of the picture.
+            mesh.uvs.push(DVec2::new(row[u], 1.0 - row[v]));
         }
     }
     Ok(())

@@ -3,11 +3,12 @@
 use super::json::{Node, quoted, suggest};
 use super::keys::GEOMETRIES;
 use super::load::{Loader, edges};
+use super::spectra::Place;
 use super::units::Source;
 use super::{Emission, Geometry, Material, Mesh, Shape, gltf, mesh, transform};
 use crate::error::Result;
 use crate::spectrum::Spectrum;
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DVec2, DVec3};
 use std::sync::Arc;
 
 /// Instances of groups may be nested this deep.
@@ -70,7 +71,7 @@ impl Loader {
             }
             "gltf" => {
                 inner.object("gltf")?;
-                gltf::include(self, &inner.need("file")?, world)
+                gltf::include(self, &inner, world)
             }
             _ => self.solid(node, kind, &inner, &world),
         }
@@ -113,6 +114,10 @@ impl Loader {
                 ));
             }
         }
+        let emission = shape.emission.as_ref().is_some_and(|e| e.radiance.image().is_some());
+        if emission || self.has_image(shape.material) {
+            mesh::check_uvs(&shape.geometry).map_err(|(problem, remedy)| node.fail(problem, remedy))?;
+        }
         if let (Geometry::Mesh(mesh), Material::Dielectric { .. } | Material::Boundary { interior: Some(_) }) =
             (&shape.geometry, &self.scene.materials[shape.material])
             && mesh::is_inside_out(mesh)
@@ -126,20 +131,34 @@ impl Loader {
         Ok(())
     }
 
+    /// Is there a picture in this material?
+    fn has_image(&self, material: usize) -> bool {
+        match &self.scene.materials[material] {
+            Material::Diffuse { reflectance } => reflectance.image().is_some(),
+            Material::Mix { a, b, weight } => weight.image().is_some() || self.has_image(*a) || self.has_image(*b),
+            _ => false,
+        }
+    }
+
     /// The material that reflects nothing.
     pub(super) fn black(&mut self) -> usize {
         *self.black.get_or_insert_with(|| {
-            self.scene.materials.push(Material::Diffuse { reflectance: Spectrum::Constant(0.0) });
+            self.scene.materials.push(Material::Diffuse { reflectance: Spectrum::Constant(0.0).into() });
             self.scene.materials.len() - 1
         })
     }
 
-    fn emission(&self, node: &Node, parts: &[Geometry]) -> Result<Emission> {
+    pub(super) fn emission(&mut self, node: &Node, parts: &[Geometry]) -> Result<Emission> {
         node.object("emission")?;
         let two_sided = node.get("two_sided").map_or(Ok(false), |n| n.boolean())?;
         let area: f64 = parts.iter().map(mesh::area).sum();
         let sides = if two_sided { 2.0 } else { 1.0 };
-        Ok(Emission { radiance: self.reader.light(&node.need("radiance")?, Source::Surface(sides * area))?, two_sided })
+        let radiance = node.need("radiance")?;
+        let radiance = match self.image_texture(&radiance, Place::Light)? {
+            Some(image) => image,
+            None => self.reader.light(&radiance, Source::Surface(sides * area))?.into(),
+        };
+        Ok(Emission { radiance, two_sided })
     }
 
     fn geometry(&mut self, kind: &str, node: &Node) -> Result<Vec<Geometry>> {
@@ -190,14 +209,16 @@ impl Loader {
 }
 
 fn polyhedron(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Geometry {
-    Geometry::Mesh(Arc::new(Mesh { positions, normals: Vec::new(), triangles }))
+    Geometry::Mesh(Arc::new(Mesh { positions, triangles, ..Mesh::default() }))
 }
 
-/// A parallelogram; its normal is `edge_u x edge_v`.
+/// A parallelogram; its normal is `edge_u x edge_v`. Pictures stand on it with `edge_u` to the right and `edge_v` upwards.
 fn quad(node: &Node) -> Result<Geometry> {
     let corner = node.need("corner")?.point()?;
     let (u, v) = edges(node)?;
-    Ok(polyhedron(vec![corner, corner + u, corner + u + v, corner + v], vec![[0, 1, 2], [0, 2, 3]]))
+    let uvs = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]].map(DVec2::from_array).to_vec();
+    let positions = vec![corner, corner + u, corner + u + v, corner + v];
+    Ok(Geometry::Mesh(Arc::new(Mesh { positions, uvs, triangles: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() })))
 }
 
 /// An axis-parallel box, normals outwards.

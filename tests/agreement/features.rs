@@ -2,6 +2,7 @@
 
 use crate::compare::{gpu_agrees_after_binning, gpu_agrees_with_reference};
 use crate::support::*;
+use crate::textures;
 use abbe::scene::*;
 use abbe::spectrum::{Formula, Ior};
 use glam::{DMat3, DVec3, dvec3};
@@ -32,7 +33,7 @@ fn rough_glass(alpha: f64) -> Scene {
 fn floor_under_glass() -> Scene {
     let mut s = scene(16, 16, 4, pinhole(dvec3(0.0, 2.2, 0.0), DVec3::ZERO, 0.15));
     s.max_depth = 16;
-    s.materials[0] = Material::Diffuse { reflectance: ramp(0.8, 0.4) };
+    s.materials[0] = Material::Diffuse { reflectance: ramp(0.8, 0.4).into() };
     shape(&mut s, 0, disc(DVec3::ZERO, DVec3::Y, 3.0));
     let pane = glass(&mut s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0);
     shape(&mut s, pane, cuboid(dvec3(-4.0, 0.25, -4.0), dvec3(4.0, 0.4, 4.0)));
@@ -68,8 +69,8 @@ fn mixture() -> Scene {
     ball(4, |s| {
         let metal = material(s, Material::Conductor { eta: ramp(0.3, 1.2), k: ramp(2.0, 4.0), alpha: 0.2 });
         let veil = material(s, Material::Boundary { interior: None });
-        let veil = material(s, Material::Mix { a: veil, b: 0, weight: ramp(0.7, 0.3) });
-        material(s, Material::Mix { a: metal, b: veil, weight: ramp(0.2, 0.8) })
+        let veil = material(s, Material::Mix { a: veil, b: 0, weight: ramp(0.7, 0.3).into() });
+        material(s, Material::Mix { a: metal, b: veil, weight: ramp(0.2, 0.8).into() })
     })
 }
 
@@ -166,7 +167,7 @@ fn lamps() -> Scene {
     lamp(&mut s, Geometry::Cylinder { base: dvec3(0.4, 1.8, 0.2), axis: DVec3::X, length: 1.0, radius: 0.3 }, ramp(2.0, 1.0));
     lamp(&mut s, disc(dvec3(0.0, 1.6, 0.0), dvec3(0.3, -0.9, 0.2).normalize(), 0.5), ramp(0.5, 1.0));
     lamp(&mut s, cuboid(dvec3(0.6, 0.2, 0.0), dvec3(1.0, 0.6, 0.4)), ramp(1.0, 0.5));
-    let both = Some(Emission { radiance: ramp(1.0, 1.5), two_sided: true });
+    let both = Some(Emission { radiance: ramp(1.0, 1.5).into(), two_sided: true });
     let geometry = disc(dvec3(-0.2, 0.7, -0.3), dvec3(0.9, 0.1, 0.4).normalize(), 0.5);
     s.shapes.push(Shape { name: "both".into(), geometry, material: 0, emission: both.clone() });
     // A tube is open: its inside is seen.
@@ -287,6 +288,8 @@ agree! {
     smooth_normals_of_rough_metal, 96, 1.0, smooth_normals(|s| {
         material(s, Material::Conductor { eta: flat(0.5), k: flat(3.0), alpha: 0.3 })
     });
+    pictures_on_surfaces, 96, 1.0, textures::surfaces();
+    a_picture_on_a_lamp, 96, 1.0, textures::lamps();
     one_bin, 96, 1.0, bins(1);
 }
 

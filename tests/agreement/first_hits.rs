@@ -64,17 +64,18 @@ fn first_hits_agree(name: &str, scene: &Scene) {
 /// Whatever can stop a ray or let it pass, each of another colour.
 fn everything() -> Scene {
     let mut s = scene(16, 16, 4, pinhole(dvec3(0.0, 0.9, 3.4), dvec3(0.0, 0.6, 0.0), 0.4));
-    let paint =
-        |s: &mut Scene, rgb| material(s, Material::Diffuse { reflectance: reflectance_from_linear_srgb(rgb).expect("a colour") });
+    let paint = |s: &mut Scene, rgb| {
+        material(s, Material::Diffuse { reflectance: reflectance_from_linear_srgb(rgb).expect("a colour").into() })
+    };
     let (red, green) = (paint(&mut s, [0.8, 0.1, 0.05]), paint(&mut s, [0.1, 0.6, 0.2]));
     shape(&mut s, red, disc(DVec3::ZERO, DVec3::Y, 1.3));
     shape(&mut s, green, smooth_ball(dvec3(-0.8, 0.9, -0.3), 0.4));
     let metal = material(&mut s, Material::Conductor { eta: ramp(0.3, 1.2), k: ramp(2.0, 4.0), alpha: 0.3 });
-    let mixed = material(&mut s, Material::Mix { a: metal, b: green, weight: ramp(0.2, 0.8) });
+    let mixed = material(&mut s, Material::Mix { a: metal, b: green, weight: ramp(0.2, 0.8).into() });
     shape(&mut s, mixed, Geometry::Cylinder { base: dvec3(0.9, 0.0, -0.2), axis: DVec3::Y, length: 1.0, radius: 0.2 });
     // A veil before all of it, water in which a glass stands, and haze that nobody sees.
     let nothing = material(&mut s, Material::Boundary { interior: None });
-    let veil = material(&mut s, Material::Mix { a: nothing, b: red, weight: ramp(0.9, 0.5) });
+    let veil = material(&mut s, Material::Mix { a: nothing, b: red, weight: ramp(0.9, 0.5).into() });
     shape(&mut s, veil, disc(dvec3(0.5, 0.9, 1.0), dvec3(0.0, 0.6, 0.8), 0.5));
     let water = glass(&mut s, solid("water", 1.33, 1), 0.0);
     let crown = glass(&mut s, Interior { ior: flint(), ..solid("crown", 1.5, 2) }, 0.2);
@@ -124,7 +125,7 @@ fn first_hits_are_what_geometry_says() {
     // Seen from z = 7: on the left a slope of 45 degrees that comes nearer to the right, its outward normal away from the sensor; nothing on the right.
     let mut s = scene(2, 1, 4, orthographic(dvec3(0.0, 0.0, 7.0), DVec3::ZERO, 1.0));
     let positions = vec![dvec3(-2.0, -2.0, 1.0), dvec3(0.0, -2.0, 3.0), dvec3(0.0, 2.0, 3.0), dvec3(-2.0, 2.0, 1.0)];
-    shape(&mut s, 0, Geometry::Mesh(Arc::new(Mesh { positions, normals: vec![], triangles: vec![[2, 1, 0], [3, 2, 0]] })));
+    shape(&mut s, 0, Geometry::Mesh(Arc::new(Mesh { positions, triangles: vec![[2, 1, 0], [3, 2, 0]], ..Mesh::default() })));
     for first_hits in both(&s) {
         // Between x = -1 and 0 the slope is at z = 2.5 in the mean; 16 samples are spread evenly on the GPU, at random in the reference.
         assert!((first_hits.depth(0) - 4.5).abs() < 0.3, "{}", first_hits.depth(0));
@@ -145,7 +146,8 @@ fn surfaces_that_touch_or_are_not_there_show_what_is_seen() {
     // From above: glass on a green floor that its lower face touches, and a haze around both.
     let mut s = scene(1, 1, 4, orthographic(dvec3(0.0, 5.0, 0.0), DVec3::ZERO, 1.0));
     let green = [0.1, 0.6, 0.2];
-    let floor = material(&mut s, Material::Diffuse { reflectance: reflectance_from_linear_srgb(green).expect("a colour") });
+    let floor =
+        material(&mut s, Material::Diffuse { reflectance: reflectance_from_linear_srgb(green).expect("a colour").into() });
     shape(&mut s, floor, disc(DVec3::ZERO, DVec3::Y, 4.0));
     let lower = glass(&mut s, solid("glass", 1.5, 1), 0.0);
     shape(&mut s, lower, cuboid(dvec3(-1.0, -1.0, -1.0), dvec3(1.0, 0.0, 1.0)));
@@ -168,13 +170,13 @@ fn surfaces_that_touch_or_are_not_there_show_what_is_seen() {
 fn albedos_are_the_colours_of_reflectances() {
     let mut s = scene(1, 1, 4, orthographic(DVec3::Z, DVec3::ZERO, 1.0));
     let rgb = [0.7, 0.3, 0.1];
-    let paint = material(&mut s, Material::Diffuse { reflectance: reflectance_from_linear_srgb(rgb).expect("a colour") });
+    let paint = material(&mut s, Material::Diffuse { reflectance: reflectance_from_linear_srgb(rgb).expect("a colour").into() });
     let metal = material(&mut s, Material::Conductor { eta: flat(0.5), k: flat(3.0), alpha: 0.2 });
     let crown = glass(&mut s, solid("crown", 1.5, 1), 0.0);
     let pane = material(&mut s, Material::ThinDielectric { ior: flint() });
     let nothing = material(&mut s, Material::Boundary { interior: None });
-    let mixed = material(&mut s, Material::Mix { a: metal, b: paint, weight: flat(0.25) });
-    let veil = material(&mut s, Material::Mix { a: nothing, b: mixed, weight: flat(0.9) });
+    let mixed = material(&mut s, Material::Mix { a: metal, b: paint, weight: flat(0.25).into() });
+    let veil = material(&mut s, Material::Mix { a: nothing, b: mixed, weight: flat(0.9).into() });
     let all = albedos(&s);
     let near = |m: usize, rgb: [f64; 3], presence: f64, within: f64| {
         let a = all[m];

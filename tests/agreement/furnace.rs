@@ -124,10 +124,10 @@ fn glass_that_hardly_disperses_is_as_glass_that_does_not() {
 fn a_narrow_line_at_the_edge_of_a_bin_goes_to_both_bins() {
     let room_under = |radiance: Spectrum, seed| {
         let mut s = room(6, 16);
-        s.materials[0] = Material::Diffuse { reflectance: flat(0.6) };
-        let lamp_material = material(&mut s, Material::Diffuse { reflectance: flat(0.0) });
+        s.materials[0] = Material::Diffuse { reflectance: flat(0.6).into() };
+        let lamp_material = material(&mut s, Material::Diffuse { reflectance: flat(0.0).into() });
         s.shapes[2].material = lamp_material;
-        s.shapes[2].emission = Some(Emission { radiance, two_sided: false });
+        s.shapes[2].emission = Some(Emission { radiance: radiance.into(), two_sided: false });
         let m = glass(&mut s, solid("glass", 1.5, 1), 0.0);
         shape(&mut s, m, sphere(dvec3(0.0, 1.1, 0.2), 0.3));
         gpu(&s, seed, 64)

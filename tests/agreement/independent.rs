@@ -32,13 +32,13 @@ fn read(name: &str) -> Vec<Vec<Figure>> {
 fn sees_only_diffuse(scene: &Scene) -> Vec<usize> {
     let mut s = scene.clone();
     (s.max_depth, s.reference) = (1, Estimator::Backward);
-    s.materials.push(Material::Diffuse { reflectance: Spectrum::Constant(0.0) });
+    s.materials.push(Material::Diffuse { reflectance: Spectrum::Constant(0.0).into() });
     for shape in &mut s.shapes {
         let smooth = match &s.materials[shape.material] {
             Material::Dielectric { alpha, .. } | Material::Conductor { alpha, .. } => *alpha == 0.0,
             _ => false,
         };
-        shape.emission = smooth.then_some(Emission { radiance: Spectrum::Constant(1.0), two_sided: true });
+        shape.emission = smooth.then_some(Emission { radiance: Spectrum::Constant(1.0).into(), two_sided: true });
         shape.material = s.materials.len() - 1;
     }
     let mut film = Film::new(&s.film);

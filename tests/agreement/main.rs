@@ -13,6 +13,7 @@ mod shipped;
 #[allow(dead_code)] // shared with the tests of the reference
 mod support;
 mod techniques;
+mod textures;
 
 use std::time::Duration;
 

@@ -59,7 +59,7 @@ fn without_tube(mut scene: Scene) -> Scene {
 fn slit() -> Geometry {
     let (corner, along, up) = (dvec3(-0.245, 0.895, -0.1), DVec3::Z * 0.2, DVec3::Y * 0.01);
     let positions = vec![corner, corner + up, corner + up + along, corner + along];
-    Geometry::Mesh(Arc::new(Mesh { positions, normals: vec![], triangles: vec![[0, 1, 2], [0, 2, 3]] }))
+    Geometry::Mesh(Arc::new(Mesh { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() }))
 }
 
 macro_rules! agree {

@@ -115,8 +115,8 @@ fn rays_meet_what_they_meet_in_double_precision() {
                 let positions = (0..30).map(|_| at + direction(&mut random) * size).collect();
                 Geometry::Mesh(Arc::new(Mesh {
                     positions,
-                    normals: vec![],
                     triangles: (0..10).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+                    ..Mesh::default()
                 }))
             }
         });

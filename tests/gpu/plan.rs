@@ -12,7 +12,7 @@ use wgpu::naga::{self, Function, Handle, Module, Statement};
 fn kernels(scene: &Scene) -> Vec<(&'static str, String)> {
     let plan = Plan::new(scene, Techniques::default());
     let constants = plan.constants()
-        + "const BVH_STACK = 24u;\nconst LIGHTS = 3u;\nconst FIRST_DISTANT_LIGHT = 1u;\nconst ENVIRONMENT_LIGHT = 2u;\nconst TARGETS = 2u;\nconst HEADS = 1024u;\n";
+        + "const BVH_STACK = 24u;\nconst LIGHTS = 3u;\nconst FIRST_DISTANT_LIGHT = 1u;\nconst ENVIRONMENT_LIGHT = 2u;\nconst TARGETS = 2u;\nconst HEADS = 1024u;\nconst FIRST_UV = 8u;\n";
     let mut roots = vec![("camera_paths.wgsl", &plan.camera), ("update_film.wgsl", &plan.camera)];
     let first_hits = plan.first_hits();
     roots.push(("first_hits.wgsl", &first_hits));
@@ -38,6 +38,10 @@ fn axes() -> [Vec<Value>; 5] {
         ball(json!({"conductor": {"metal": "Al", "alpha": 0.3}})),
         json!({"materials": {"m": {"mix": {"a": "wall", "b": "n", "weight": 0.5}}, "n": {"conductor": {"metal": "Al"}}},
                "shapes": [{"mesh": {"file": "square.obj", "smooth": true}, "material": "m"}]}),
+        json!({"materials": {"m": {"diffuse": {"reflectance": {"texture": "sky.png"}}}},
+               "shapes": [{"quad": {"corner": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}, "material": "m"}]}),
+        json!({"materials": {"m": {"mix": {"a": "wall", "b": "n", "weight": {"texture": "sky.png"}}}, "n": {"boundary": {}}},
+               "shapes": [{"quad": {"corner": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}, "material": "m"}]}),
         json!({"media": {"cloud": {"sigma_s": 1}}, "materials": {"m": {"boundary": {"medium": "cloud"}}},
                "shapes": [{"box": {"min": [0, 0, 0], "max": [1, 1, 1]}, "material": "m"}]}),
         ball(json!({"mix": {"a": "wall", "b": "n", "weight": 0.5}}))
@@ -53,7 +57,8 @@ fn axes() -> [Vec<Value>; 5] {
                           {"box": {"min": [0, 0.5, 0], "max": [1, 1.5, 1]}, "material": "n"}]}),
     ];
     let lights = vec![
-        lamp("quad", quad),
+        lamp("quad", quad.clone()),
+        json!({"shapes": [{"quad": quad, "emission": {"radiance": {"texture": "sky.png"}}}]}),
         lamp("sphere", json!({"center": [0, 3, 0], "radius": 0.2})),
         lamp("disc", json!({"center": [0, 3, 0], "normal": [0, -1, 0], "radius": 0.2})),
         lamp("cylinder", json!({"base": [0, 3, 0], "top": [1, 3, 0], "radius": 0.1})),
@@ -221,6 +226,12 @@ fn there_is_no_term_or_buffer_for_what_a_scene_does_not_contain() {
             &["splats", "points", "heads", "guide", "uses"],
         ),
         (json!({"film": {"bins": 40}}), &[], &["lane_bins"]),
+        (
+            json!({"materials": {"m": {"diffuse": {"reflectance": {"texture": "sky.png"}}}},
+                   "shapes": [{"quad": {"corner": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}, "material": "m"}]}),
+            &["geometry/texture.wgsl"],
+            &["textures"],
+        ),
         (json!({"shapes": [{"mesh": {"file": "square.obj", "smooth": true}, "material": "wall"}]}), &[], &["normals"]),
     ];
     for (more, files, resources) in cases {

@@ -25,10 +25,10 @@ fn backward_and_forward_agree_on_rough_surfaces_through_a_pane_and_a_lens() {
     let frosted = glass(&mut s, Interior { ior: flint(), sigma_a: ramp(0.0, 1.0), ..solid("flint", 1.0, 1) }, 0.4);
     shape(&mut s, frosted, sphere(dvec3(-0.45, 0.5, 0.0), 0.45));
     let metal = material(&mut s, Material::Conductor { eta: ramp(0.3, 1.2), k: ramp(2.0, 4.0), alpha: 0.3 });
-    let mixed = material(&mut s, Material::Mix { a: metal, b: 0, weight: ramp(0.2, 0.8) });
+    let mixed = material(&mut s, Material::Mix { a: metal, b: 0, weight: ramp(0.2, 0.8).into() });
     shape(&mut s, mixed, sphere(dvec3(0.5, 0.5, 0.2), 0.4));
     let veil = material(&mut s, Material::Boundary { interior: None });
-    let veil = material(&mut s, Material::Mix { a: veil, b: 0, weight: ramp(0.9, 0.5) });
+    let veil = material(&mut s, Material::Mix { a: veil, b: 0, weight: ramp(0.9, 0.5).into() });
     shape(&mut s, veil, disc(dvec3(0.2, 0.6, 1.0), dvec3(0.0, 0.6, 0.8), 0.5));
     let pane = material(&mut s, Material::ThinDielectric { ior: flint() });
     shape(&mut s, pane, disc(dvec3(0.0, 1.0, 2.6), dvec3(0.6, 0.0, 0.8), 0.8));
@@ -74,7 +74,7 @@ fn backward_and_forward_agree_with_shading_normals() {
     // A flat tile whose normals all lean: nothing averages out.
     let positions = vec![dvec3(0.1, 0.3, 0.3), dvec3(1.0, 0.3, 0.3), dvec3(1.0, 0.8, -0.4), dvec3(0.1, 0.8, -0.4)];
     let (normals, triangles) = (vec![dvec3(0.5, 0.3, 0.9).normalize(); 4], vec![[0, 1, 2], [0, 2, 3]]);
-    shape(&mut s, metal, Geometry::Mesh(Arc::new(Mesh { positions, normals, triangles })));
+    shape(&mut s, metal, Geometry::Mesh(Arc::new(Mesh { positions, normals, triangles, ..Mesh::default() })));
     s.sensor = orthographic(dvec3(0.0, 1.2, 3.0), dvec3(0.0, 0.6, 0.0), 1.6);
     agree("shading normals", &s, 600, 4000);
 }

@@ -71,7 +71,7 @@ fn lossless_rough_surfaces_in_uniform_light_cannot_be_seen() {
 fn closed_diffuse_box_has_radiance_one() {
     let mut s = scene(2, 2, 2, pinhole(DVec3::splat(0.1), dvec3(1.0, 0.3, -0.2), 1.0));
     lamp(&mut s, cuboid(DVec3::splat(-1.0), DVec3::splat(1.0)), flat(0.5));
-    s.shapes[0].emission = Some(Emission { radiance: flat(0.5), two_sided: true });
+    s.shapes[0].emission = Some(Emission { radiance: flat(0.5).into(), two_sided: true });
     equals("box", &s, Estimator::Backward, 1000, 1.0, 0.0);
     s.sensor = Sensor::IrradiancePlane { origin: dvec3(-0.95, 0.1, 0.95), edge_u: DVec3::X * 1.9, edge_v: DVec3::Z * -1.9 };
     equals("irradiance in the box", &s, Estimator::Forward, 9000, PI, 0.0);
@@ -85,12 +85,13 @@ fn mixed_walls_reflect_each_wavelength_by_its_own_share() {
     // A closed box whose reflectance is w 0.8 + (1 - w) 0.2 in each bin, w from 0.1 to 0.9: radiance Le / (1 - reflectance).
     let mut s = scene(2, 2, 2, pinhole(DVec3::splat(0.1), dvec3(1.0, 0.3, -0.2), 1.0));
     s.film.sampling = WavelengthSampling::Centres;
-    let (bright, dark) = (Material::Diffuse { reflectance: flat(0.8) }, Material::Diffuse { reflectance: flat(0.2) });
+    let (bright, dark) =
+        (Material::Diffuse { reflectance: flat(0.8).into() }, Material::Diffuse { reflectance: flat(0.2).into() });
     let (a, b) = (material(&mut s, bright), material(&mut s, dark));
-    let m = material(&mut s, Material::Mix { a, b, weight: ramp(0.1, 0.9) });
+    let m = material(&mut s, Material::Mix { a, b, weight: ramp(0.1, 0.9).into() });
     lamp(&mut s, cuboid(DVec3::splat(-1.0), DVec3::splat(1.0)), flat(1.0));
     s.shapes[0].material = m;
-    s.shapes[0].emission = Some(Emission { radiance: flat(1.0), two_sided: true });
+    s.shapes[0].emission = Some(Emission { radiance: flat(1.0).into(), two_sided: true });
     let films = batches(&s, Estimator::Backward, 16, 6000);
     for (bin, w) in [0.3, 0.7].into_iter().enumerate() {
         let exact = 1.0 / (1.0 - (w * 0.8 + (1.0 - w) * 0.2));
@@ -127,7 +128,7 @@ fn slab(layers: &[(f64, f64, f64, Interior)], alpha: f64) -> Scene {
         shape(&mut s, m, cuboid(dvec3(-width, -width, *lo), dvec3(*width, *width, *hi)));
     }
     lamp(&mut s, disc(dvec3(0.0, 0.0, -2.0), DVec3::Z, 1.0), flat(1.0));
-    s.materials[0] = Material::Diffuse { reflectance: flat(0.0) };
+    s.materials[0] = Material::Diffuse { reflectance: flat(0.0).into() };
     s
 }
 
@@ -203,7 +204,7 @@ fn prism_deviates_as_the_book_says() {
         let section = [(0.0, h - 0.3), (-0.5, -0.3), (0.5, -0.3)];
         let positions: Vec<DVec3> = section.iter().flat_map(|&(x, z)| [dvec3(x, -y, z), dvec3(x, y, z)]).collect();
         let triangles = vec![[0, 1, 3], [0, 3, 2], [2, 3, 5], [2, 5, 4], [4, 5, 1], [4, 1, 0], [0, 2, 4], [1, 5, 3]];
-        shape(&mut s, m, Geometry::Mesh(Arc::new(Mesh { positions, normals: vec![], triangles })));
+        shape(&mut s, m, Geometry::Mesh(Arc::new(Mesh { positions, triangles, ..Mesh::default() })));
         // Symmetric passage: inside the light runs along +x, outside it is tilted by half the deviation.
         let tilt = (n * 0.5f64).asin() - PI / 6.0;
         let dir = dvec3(tilt.cos(), 0.0, tilt.sin());

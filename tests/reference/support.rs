@@ -45,7 +45,7 @@ pub fn scene(width: u32, height: u32, count: u32, sensor: Sensor) -> Scene {
             exposure: None,
         },
         sensor,
-        materials: vec![Material::Diffuse { reflectance: flat(0.5) }],
+        materials: vec![Material::Diffuse { reflectance: flat(0.5).into() }],
         interiors: vec![air()],
         shapes: vec![],
         lights: vec![],
@@ -81,7 +81,7 @@ pub fn shape(scene: &mut Scene, material: usize, geometry: Geometry) {
 }
 
 pub fn lamp(scene: &mut Scene, geometry: Geometry, radiance: Spectrum) {
-    let emission = Some(Emission { radiance, two_sided: false });
+    let emission = Some(Emission { radiance: radiance.into(), two_sided: false });
     scene.shapes.push(Shape { name: "lamp".into(), geometry, material: 0, emission });
 }
 
@@ -104,7 +104,7 @@ pub fn cuboid(lo: DVec3, hi: DVec3) -> Geometry {
     let corner = |i: u32| dvec3(pick(i & 1, lo.x, hi.x), pick(i & 2, lo.y, hi.y), pick(i & 4, lo.z, hi.z));
     let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let triangles = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    Geometry::Mesh(Arc::new(Mesh { positions: (0..8).map(corner).collect(), normals: vec![], triangles }))
+    Geometry::Mesh(Arc::new(Mesh { positions: (0..8).map(corner).collect(), triangles, ..Mesh::default() }))
 }
 
 pub fn pick(bit: u32, zero: f64, one: f64) -> f64 {
@@ -142,7 +142,7 @@ pub fn room(bins: u32, size: u32) -> Scene {
     let mut s = scene(size, size, bins, pinhole(dvec3(0.0, 1.0, 3.4), dvec3(0.0, 0.6, 0.0), 0.32));
     // Both estimators mean the same by a depth, and a small one saves time.
     s.max_depth = 10;
-    s.materials[0] = Material::Diffuse { reflectance: ramp(0.8, 0.4) };
+    s.materials[0] = Material::Diffuse { reflectance: ramp(0.8, 0.4).into() };
     shape(&mut s, 0, disc(DVec3::ZERO, DVec3::Y, 3.0));
     shape(&mut s, 0, disc(dvec3(0.0, 0.0, -1.0), DVec3::Z, 3.0));
     lamp(&mut s, disc(dvec3(0.0, 2.0, 0.2), -DVec3::Y, 0.8), ramp(1.0, 2.0));

@@ -386,7 +386,7 @@ const CASES: &[(&str, &str, &str, &str)] = &[
         "$.lights[0].laser.wavelength_nm",
         "widen film.range_nm",
     ),
-    ("lights", r#"[{"image": {"file": "bad.csv"}}]"#, "$.lights[0].image.file", "readable .hdr"),
+    ("lights", r#"[{"image": {"file": "bad.csv"}}]"#, "$.lights[0].image.file", "readable .png"),
 ];
 
 #[test]

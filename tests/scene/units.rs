@@ -1,7 +1,7 @@
 //! Amounts of light and spectra, against values computed by hand.
 
 use crate::{load_text, scene_with, with_shapes};
-use abbe::scene::{Light, Material, Scene};
+use abbe::scene::{Light, Material, Scene, Texture};
 use abbe::spectrum::Spectrum;
 use std::f64::consts::PI;
 
@@ -17,7 +17,7 @@ fn lamp(radiance: &str, two_sided: bool) -> f64 {
     let scene = with_shapes(&format!(
         r#"[{{"sphere": {{"center": [0,0,0], "radius": 1}}, "emission": {{"radiance": {radiance}, "two_sided": {two_sided}}}}}]"#
     ));
-    scene.shapes[0].emission.as_ref().unwrap().radiance.eval(550.0)
+    scene.shapes[0].emission.as_ref().unwrap().radiance.average(550.0)
 }
 
 fn light(text: &str) -> Light {
@@ -52,7 +52,7 @@ fn a_transformed_lamp_of_several_parts_shares_its_flux() {
     assert_eq!(scene.shapes.len(), 3);
     let area = 2.0 * PI * 2.0 * 6.0 + 2.0 * PI * 4.0;
     for shape in &scene.shapes {
-        near(shape.emission.as_ref().unwrap().radiance.eval(500.0), 10.0 / (PI * area * 400.0));
+        near(shape.emission.as_ref().unwrap().radiance.average(500.0), 10.0 / (PI * area * 400.0));
     }
 }
 
@@ -99,7 +99,9 @@ fn beams_suns_lasers_and_skies_take_lux_and_watt() {
 fn reflectance(text: &str) -> Spectrum {
     let text = scene_with("materials", &format!(r#"{{"m": {{"diffuse": {{"reflectance": {text}}}}}}}"#));
     let scene: Scene = load_text(&text).unwrap_or_else(|e| panic!("{e}"));
-    let Material::Diffuse { reflectance } = scene.materials[0].clone() else { panic!("not diffuse") };
+    let Material::Diffuse { reflectance: Texture::Uniform(reflectance) } = scene.materials[0].clone() else {
+        panic!("not diffuse")
+    };
     reflectance
 }
 

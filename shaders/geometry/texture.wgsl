@@ -1,0 +1,107 @@
+// Pictures on surfaces (the model: src/scene/texture.rs). One table holds their records, the texture coordinates of all primitives, and texels of
+// upsampled colours; what is interpolated are spectra. A look-up writes all lanes at once, so that materials and lights read it like any spectrum.
+
+// Texture coordinates of the point `p` of a triangle.
+fn uv_at(primitive: u32, p: vec3f) -> vec2f {
+    let p0 = primitive_row(3u * primitive).xyz;
+    let e1 = primitive_row(3u * primitive + 1u).xyz - p0;
+    let e2 = primitive_row(3u * primitive + 2u).xyz - p0;
+    let n = cross(e1, e2);
+    let scale = 1.0 / max(dot(n, n), 1e-37);
+    let b1 = dot(cross(p - p0, e2), n) * scale;
+    let b2 = dot(cross(e1, p - p0), n) * scale;
+    let at = FIRST_UV + 2u * primitive;
+    let ab = bitcast<vec4f>(fetch(textures, at));
+    let c = bitcast<vec4f>(fetch(textures, at + 1u)).xy;
+    return (1.0 - b1 - b2) * ab.xy + b1 * ab.zw + b2 * c;
+}
+
+const WRAP_MIRROR = 1u;
+const WRAP_CLAMP = 2u;
+
+// `x` brought to where its two texels lie beside or in the picture.
+fn wrap_coordinate(x: f32, mode: u32) -> f32 {
+    let period = select(1.0, 2.0, mode == WRAP_MIRROR);
+    return select(x - period * floor(x / period), clamp(x, 0.0, 1.0), mode == WRAP_CLAMP);
+}
+
+fn wrap_texel(i: i32, size: i32, mode: u32) -> u32 {
+    let j = (i + 2 * size) % (2 * size);
+    var wrapped = j % size;
+    wrapped = select(wrapped, min(j, 2 * size - 1 - j), mode == WRAP_MIRROR);
+    wrapped = select(wrapped, i, mode == WRAP_CLAMP);
+    return u32(clamp(wrapped, 0, size - 1));
+}
+
+struct Filtered {
+    texels: array<vec4f, 4>,
+    weights: vec4f,
+    x_row: u32,
+    factor_row: u32,
+    cutoff: f32,
+    has_cutoff: bool,
+}
+
+// The texels around the point `p` of a triangle, and their weights.
+fn filter_texels(index: u32, primitive: u32, p: vec3f) -> Filtered {
+    let t = load_Texture(textures, index);
+    let uv = vec3f(uv_at(primitive, p), 1.0);
+    let modes = vec2u(t.sampling & 3u, (t.sampling >> 2u) & 3u);
+    let nearest = (t.sampling >> 4u) != 0u;
+    let size = vec2i(i32(t.width), i32(t.height));
+    let x = vec2f(wrap_coordinate(dot(t.u.xyz, uv), modes.x), wrap_coordinate(dot(t.v.xyz, uv), modes.y));
+    let at = x * vec2f(size) - select(0.5, 0.0, nearest);
+    let first = vec2i(floor(at));
+    let s = select(at - floor(at), vec2f(0.0), nearest);
+    let columns = vec2u(wrap_texel(first.x, size.x, modes.x), wrap_texel(first.x + 1, size.x, modes.x));
+    let rows = t.first_texel + t.width * vec2u(wrap_texel(first.y, size.y, modes.y), wrap_texel(first.y + 1, size.y, modes.y));
+    var f: Filtered;
+    f.texels[0] = bitcast<vec4f>(fetch(textures, rows.x + columns.x));
+    f.texels[1] = bitcast<vec4f>(fetch(textures, rows.x + columns.y));
+    f.texels[2] = bitcast<vec4f>(fetch(textures, rows.y + columns.x));
+    f.texels[3] = bitcast<vec4f>(fetch(textures, rows.y + columns.y));
+    f.weights = vec4f((1.0 - s.x) * (1.0 - s.y), s.x * (1.0 - s.y), (1.0 - s.x) * s.y, s.x * s.y);
+    f.x_row = t.x_row;
+    f.factor_row = t.factor_row;
+    f.cutoff = t.cutoff;
+    f.has_cutoff = t.has_cutoff != 0u;
+    return f;
+}
+
+fn filtered_spectrum(f: Filtered, k: u32) -> vec4f {
+    let x = spectrum(f.x_row, k);
+    var sum = vec4f(0.0);
+    for (var i = 0u; i < 4u; i++) {
+        let c = f.texels[i];
+        let t = (c.x * x + c.y) * x + c.z;
+        sum += f.weights[i] * c.w * (0.5 + 0.5 * t * inverseSqrt(1.0 + t * t));
+    }
+    sum = select(sum, select(vec4f(0.0), vec4f(1.0), sum >= vec4f(f.cutoff)), f.has_cutoff);
+    return sum * spectrum(f.factor_row, k);
+}
+
+var<private> surface_color: array<vec4f, LANES4>; // of the material that was looked at last
+
+// Looks at a material at the point `p` of a primitive: see `color_of`.
+fn look_at_surface(m: Material, primitive: u32, p: vec3f) {
+    if (m.texture != NONE) {
+        let f = filter_texels(m.texture, primitive, p);
+        for (var k = 0u; k < LANES4; k++) {
+            surface_color[k] = filtered_spectrum(f, k);
+        }
+    }
+}
+
+#if LIGHT_TEXTURES
+var<private> light_color: array<vec4f, LANES4>; // of the light that was looked at last
+
+// Looks at a light of picture `index` (or NONE) at its point `p`.
+fn look_at_light(index: u32, primitive: u32, p: vec3f) {
+    if (index != NONE) {
+        let f = filter_texels(index, primitive, p);
+        for (var k = 0u; k < LANES4; k++) {
+            light_color[k] = filtered_spectrum(f, k);
+        }
+    }
+}
+#endif

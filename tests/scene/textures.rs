@@ -1,0 +1,280 @@
+//! Pictures on surfaces: how scenes, meshes and glTF files name them, and where their texels end up.
+
+use crate::scene_with;
+use abbe::scene::texture::{ImageTexture, Wrap};
+use abbe::scene::{Geometry, LoadOptions, Material, Scene, Texture, load};
+use abbe::spectrum::upsample::color_of_reflectance;
+use glam::{DVec2, dvec2};
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// A folder of its own for a test, removed at the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("abbe-textures-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Folder(path)
+    }
+
+    fn write(&self, name: &str, bytes: &[u8]) {
+        std::fs::write(self.0.join(name), bytes).unwrap();
+    }
+
+    fn scene(&self, text: &str) -> abbe::Result<Scene> {
+        abbe::scene::load_str(text, "t.json".as_ref(), &self.0, &LoadOptions::default())
+    }
+
+    fn gltf(&self, document: &Value) -> abbe::Result<Scene> {
+        self.write("t.gltf", document.to_string().as_bytes());
+        load(&self.0.join("t.gltf"), &LoadOptions::default())
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// An 8-bit PNG of RGBA.
+fn png(width: u32, pixels: &[[u8; 4]]) -> Vec<u8> {
+    let mut out = Vec::new();
+    let mut encoder = png::Encoder::new(&mut out, width, pixels.len() as u32 / width);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.write_header().unwrap().write_image_data(pixels.as_flattened()).unwrap();
+    out
+}
+
+/// Red and green above blue and white, all opaque but the blue.
+fn four() -> Vec<u8> {
+    png(2, &[[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 0], [255, 255, 255, 128]])
+}
+
+fn colour(texture: &Texture, uv: DVec2) -> [f64; 3] {
+    color_of_reflectance(|nm| texture.eval(nm, uv))
+}
+
+fn near(a: [f64; 3], b: [f64; 3]) {
+    assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 3e-3), "{a:?} instead of {b:?}");
+}
+
+fn reflectance(scene: &Scene) -> &Texture {
+    let Material::Diffuse { reflectance } = &scene.materials[scene.shapes[0].material] else { panic!("not diffuse") };
+    reflectance
+}
+
+fn image(texture: &Texture) -> &ImageTexture {
+    texture.image().expect("a picture")
+}
+
+const QUAD: &str = r#"[{"quad": {"corner": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}, "material": "m"}]"#;
+
+#[test]
+fn a_picture_stands_upright_on_a_quad_and_its_colours_come_through() {
+    let folder = Folder::new("quad");
+    folder.write("four.png", &four());
+    let text = scene_with("materials", r#"{"m": {"diffuse": {"reflectance": {"texture": "four.png", "filter": "nearest"}}}}"#);
+    let scene =
+        folder.scene(&text.replace(r#"[{"sphere": {"center": [0, 0, 0], "radius": 1}, "material": "m"}]"#, QUAD)).unwrap();
+    let Geometry::Mesh(mesh) = &scene.shapes[0].geometry else { panic!("not a mesh") };
+    // The corner at the origin is at the lower left, where blue is.
+    let at = |x: f64, y: f64| {
+        let triangle = usize::from(y > x);
+        let weights = if triangle == 0 { [x - y, y] } else { [x, y - x] };
+        mesh.uv(triangle, weights)
+    };
+    let paint = reflectance(&scene);
+    for (x, y, rgb) in
+        [(0.1, 0.2, [0.0, 0.0, 1.0]), (0.9, 0.2, [1.0; 3]), (0.2, 0.9, [1.0, 0.0, 0.0]), (0.9, 0.8, [0.0, 1.0, 0.0])]
+    {
+        near(colour(paint, at(x, y)), rgb);
+    }
+}
+
+#[test]
+fn spectra_not_coefficients_are_interpolated() {
+    let folder = Folder::new("mean");
+    folder.write("four.png", &four());
+    let text = scene_with("materials", r#"{"m": {"diffuse": {"reflectance": {"texture": "four.png", "wrap": "clamp"}}}}"#);
+    let scene =
+        folder.scene(&text.replace(r#"[{"sphere": {"center": [0, 0, 0], "radius": 1}, "material": "m"}]"#, QUAD)).unwrap();
+    near(colour(reflectance(&scene), dvec2(0.5, 0.0)), [0.5, 0.5, 0.0]);
+    near(colour(reflectance(&scene), dvec2(0.5, 0.5)), [0.5, 0.5, 0.5]);
+    near(colour(reflectance(&scene), dvec2(7.0, -7.0)), [0.0, 1.0, 0.0]);
+}
+
+#[test]
+fn obj_and_ply_bring_texture_coordinates_counted_from_below() {
+    let folder = Folder::new("meshes");
+    folder.write("four.png", &four());
+    folder.write("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 0.75\nf 1/1 2/2 3/3\n");
+    folder.write(
+        "a.ply",
+        b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty float s\nproperty float t\n\
+          element face 1\nproperty list uchar int vertex_index\nend_header\n0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 0.75\n3 0 1 2\n",
+    );
+    for file in ["a.obj", "a.ply"] {
+        let text = scene_with("materials", r#"{"m": {"diffuse": {"reflectance": {"texture": "four.png"}}}}"#);
+        let mesh = format!(r#"{{"mesh": {{"file": "{file}"}}, "material": "m"}}"#);
+        let scene =
+            folder.scene(&text.replace(r#"{"sphere": {"center": [0, 0, 0], "radius": 1}, "material": "m"}"#, &mesh)).unwrap();
+        let Geometry::Mesh(mesh) = &scene.shapes[0].geometry else { panic!("not a mesh") };
+        assert_eq!(mesh.uvs, [dvec2(0.0, 1.0), dvec2(1.0, 1.0), dvec2(0.0, 0.25)], "{file}");
+    }
+}
+
+#[test]
+fn pictures_that_cannot_be_put_anywhere_are_errors() {
+    let folder = Folder::new("errors");
+    folder.write("four.png", &four());
+    let fails = |materials: &str, says: &str| {
+        let line = folder.scene(&scene_with("materials", materials)).unwrap_err().to_string();
+        assert!(line.contains(says), "{line}");
+    };
+    fails(r#"{"m": {"diffuse": {"reflectance": {"texture": "four.png"}}}}"#, "without texture coordinates; use a quad");
+    fails(r#"{"m": {"diffuse": {"reflectance": {"texture": "none.png"}}}}"#, "cannot read");
+    fails(r#"{"m": {"diffuse": {"reflectance": {"texture": "four.png", "tiles": [0, 1]}}}}"#, "0.001 to 1000");
+    fails(r#"{"m": {"diffuse": {"reflectance": {"texture": "four.png", "wrap": "round"}}}}"#, "use one of repeat, mirror, clamp");
+    fails(r#"{"m": {"conductor": {"eta": {"texture": "four.png"}, "k": 1}}}"#, "unknown key \"texture\"");
+    // A picture that claims to be large in a small file.
+    let mut bomb = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bomb, 8192, 8192);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::One);
+    encoder.write_header().unwrap().write_image_data(&vec![0; 8192 * 1024]).unwrap();
+    folder.write("four.png", &bomb);
+    fails(r#"{"m": {"diffuse": {"reflectance": {"texture": "four.png"}}}}"#, "8192 x 8192 pixels are too many for a file of");
+}
+
+/// A textured square whose material is `material`.
+fn document(material: Value) -> Value {
+    let floats = [0.0f32, 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0., /* uv */ 0., 1., 1., 1., 1., 0., 0., 0.];
+    let mut bytes: Vec<u8> = floats.iter().flat_map(|v| v.to_le_bytes()).collect();
+    bytes.extend([0u8, 1, 2, 0, 2, 3]);
+    json!({
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0}]}],
+        "materials": [material],
+        "textures": [{"source": 0}, {"source": 0, "sampler": 0}, {"extensions": {"KHR_texture_basisu": {"source": 0}}}],
+        "samplers": [{"wrapS": 33071, "wrapT": 33648, "magFilter": 9728}],
+        "images": [{"uri": format!("data:image/png;base64,{}", crate::gltf::base64(&four()))}],
+        "buffers": [{"byteLength": bytes.len(), "uri": format!("data:application/octet-stream;base64,{}", crate::gltf::base64(&bytes))}],
+        "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 32}, {"buffer": 0, "byteOffset": 80, "byteLength": 6}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2"},
+            {"bufferView": 2, "componentType": 5121, "count": 6, "type": "SCALAR"}],
+    })
+}
+
+#[test]
+fn gltf_base_colours_have_samplers_transforms_and_factors() {
+    let folder = Folder::new("base");
+    let info = json!({"index": 1, "extensions": {"KHR_texture_transform": {"offset": [0.25, 0.5], "scale": [0.5, 1], "rotation": std::f64::consts::FRAC_PI_2}}});
+    let pbr = json!({"metallicFactor": 0, "baseColorTexture": info, "baseColorFactor": [0.5, 1, 1, 1]});
+    let scene = folder.gltf(&document(json!({"pbrMetallicRoughness": pbr}))).unwrap();
+    let texture = reflectance(&scene);
+    let picture = image(texture);
+    assert_eq!((picture.wrap, picture.nearest), ([Wrap::Clamp, Wrap::Mirror], true));
+    // A quarter turn counter-clockwise with v downwards takes (u, v) to (v, -u), after scaling and before moving.
+    let expected = [[0.0, 1.0, 0.25], [-0.5, 0.0, 0.5]];
+    let off = picture.to_image.as_flattened().iter().zip(expected.as_flattened()).map(|(a, b): (&f64, &f64)| (a - b).abs());
+    assert!(off.fold(0.0, f64::max) < 1e-12, "{:?}", picture.to_image);
+    near(colour(texture, dvec2(1.0, 0.0)), [0.5, 0.0, 0.0]);
+}
+
+#[test]
+fn gltf_alpha_masks_and_blends() {
+    let folder = Folder::new("alpha");
+    for (mode, expected) in [("MASK", [1.0, 1.0, 0.0, 1.0]), ("BLEND", [1.0, 1.0, 0.0, 128.0 / 255.0])] {
+        let material =
+            json!({"alphaMode": mode, "pbrMetallicRoughness": {"metallicFactor": 0, "baseColorTexture": {"index": 1}}});
+        let scene = folder.gltf(&document(material)).unwrap();
+        let Material::Mix { a, b, weight } = &scene.materials[scene.shapes[0].material] else { panic!("not a mixture") };
+        assert!(matches!(scene.materials[*a], Material::Diffuse { .. }));
+        assert!(matches!(scene.materials[*b], Material::Boundary { interior: None }));
+        let centres = [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)];
+        let found = centres.map(|(u, v)| weight.eval(500.0, dvec2(u, v)));
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{mode}: {found:?}");
+    }
+}
+
+#[test]
+fn gltf_metal_transmission_and_emission_have_pictures() {
+    let folder = Folder::new("rest");
+    let material = json!({
+        "pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": 1}, "roughnessFactor": 0.5},
+        "emissiveFactor": [1, 0.5, 1], "emissiveTexture": {"index": 1},
+        "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 100},
+                       "KHR_materials_transmission": {"transmissionFactor": 1, "transmissionTexture": {"index": 1}},
+                       "KHR_materials_volume": {"thicknessFactor": 1}}});
+    let scene = folder.gltf(&document(material)).unwrap();
+    let Material::Mix { a: metal, b: rest, weight: metallic } = &scene.materials[scene.shapes[0].material] else {
+        panic!("no mixture")
+    };
+    assert!(
+        matches!(scene.materials[*metal], Material::Conductor { alpha, .. } if (alpha - 0.0625).abs() < 1e-9),
+        "half rough at half"
+    );
+    let Material::Mix { a: glass, b: paint, weight: clear } = &scene.materials[*rest] else { panic!("no mixture below") };
+    assert!(matches!(scene.materials[*glass], Material::Dielectric { .. }));
+    assert!(matches!(scene.materials[*paint], Material::Diffuse { .. }));
+    // Blue says how metallic, red how clear.
+    let [red, blue] = [dvec2(0.25, 0.25), dvec2(0.25, 0.75)];
+    assert_eq!((metallic.eval(500.0, red), metallic.eval(500.0, blue)), (0.0, 1.0));
+    assert_eq!((clear.eval(500.0, red), clear.eval(500.0, blue)), (1.0, 0.0));
+    let radiance = &scene.shapes[0].emission.as_ref().unwrap().radiance;
+    let cmf = abbe::spectrum::library::observer(abbe::spectrum::library::Observer::Cie1931);
+    let luminance =
+        |uv| (360..=830).map(|nm| 683.002 * cmf.eval(f64::from(nm))[1] * radiance.eval(f64::from(nm), uv)).sum::<f64>();
+    // 100 cd m^-2 times the luminance of the linear sRGB colours (IEC 61966-2-1).
+    for (uv, share) in [(red, 0.2126), (dvec2(0.75, 0.25), 0.5 * 0.7152), (blue, 0.0722)] {
+        assert!((luminance(uv) - 100.0 * share).abs() < 0.3, "{} instead of {}", luminance(uv), 100.0 * share);
+    }
+}
+
+#[test]
+fn gltf_textures_that_cannot_be_read_are_noted_or_errors() {
+    let folder = Folder::new("lost");
+    let with = |info: Value| document(json!({"pbrMetallicRoughness": {"metallicFactor": 0, "baseColorTexture": info}}));
+    let scene = folder.gltf(&with(json!({"index": 2}))).unwrap();
+    assert!(scene.notes.iter().any(|n| n.contains("export pictures as PNG or JPEG")), "{:?}", scene.notes);
+    assert!(reflectance(&scene).image().is_none());
+    let fails = |document: &Value, says: &str| {
+        let line = folder.gltf(document).unwrap_err().to_string();
+        assert!(line.contains(says), "{line}");
+    };
+    fails(&with(json!({"index": 9})), "no element 9 in textures");
+    fails(&with(json!({"index": 0, "texCoord": 1})), "without texture coordinates");
+    let mut outside = with(json!({"index": 0}));
+    outside["images"][0]["uri"] = json!("../x.png");
+    fails(&outside, "--allow-outside");
+    outside["images"][0] = json!({"bufferView": 0});
+    fails(&outside, "readable .png");
+}
+
+#[test]
+fn gltf_materials_are_overridden_by_name() {
+    let folder = Folder::new("override");
+    let glass = json!({"name": "Glass", "pbrMetallicRoughness": {"metallicFactor": 0}});
+    folder.gltf(&document(glass)).unwrap();
+    let scene = |overrides: &str| {
+        folder.scene(&scene_with("shapes", &format!(r#"[{{"gltf": {{"file": "t.gltf", "override": {overrides}}}}}]"#)))
+    };
+    let flint = scene(r#"{"Glass": {"dielectric": {"ior": {"glass": "N-SF66", "extrapolate": true}}}}"#).unwrap();
+    let Material::Dielectric { interior, .. } = flint.materials[flint.shapes[0].material] else { panic!("not glass") };
+    assert!((flint.interiors[interior].ior.nd() - 1.92286).abs() < 1e-4, "{}", flint.interiors[interior].ior.nd());
+    let lit =
+        scene(r#"{"Glass": {"use": "m", "emission": {"radiance": {"spectrum": {"illuminant": "A"}, "luminance_cd_m2": 50}}}}"#)
+            .unwrap();
+    assert_eq!(lit.shapes[0].material, 0);
+    let Texture::Uniform(radiance) = &lit.shapes[0].emission.as_ref().unwrap().radiance else { panic!("a picture") };
+    let luminance = abbe::color::cie::xyz_of(radiance, abbe::spectrum::library::Observer::Cie1931)[1];
+    assert!((luminance - 50.0).abs() < 1e-6, "{luminance}");
+    let line = scene(r#"{"Gloss": {"use": "m"}}"#).unwrap_err().to_string();
+    assert!(line.contains("no material \"Gloss\"; did you mean \"Glass\"?"), "{line}");
+}
