@@ -1,5 +1,7 @@
 //! The scene loader: what it promises of good scenes, bad scenes and hostile ones.
 
+#[path = "scene/advice.rs"]
+mod advice;
 #[path = "scene/fuzz.rs"]
 mod fuzz;
 #[path = "scene/geometry.rs"]

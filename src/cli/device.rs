@@ -64,7 +64,7 @@ pub enum Technique {
     Guiding,
 }
 
-/// How paths are found; for render and bench.
+/// How paths are found; for render, bench and check.
 #[derive(clap::Args, Clone, Default)]
 pub struct TechniqueArgs {
     /// Leave out a way of finding paths (may be given again); the others make up for it where they can, and the plan says where not

@@ -1,7 +1,7 @@
-//! `abbe info` and `abbe check`: what is in a file, and whether it is right.
+//! `abbe info`: what is in a file.
 
 use super::bands::BandsArgs;
-use super::load::{Overrides, SceneArgs};
+use super::load::Overrides;
 use super::quantity::Quantity;
 use super::{Done, Outcome, print::out};
 use crate::error::{Error, Result};
@@ -17,10 +17,6 @@ const INFO_EXAMPLES: &str = "Examples:
   abbe info newton.exr --json
   abbe info mitsuba.exr --bands 400-700";
 
-const CHECK_EXAMPLES: &str = "Examples:
-  abbe check scenes/newton.json
-  abbe check my_scene.json --channels 40 && abbe render my_scene.json --channels 40";
-
 #[derive(clap::Args)]
 #[command(after_help = INFO_EXAMPLES)]
 pub struct Args {
@@ -35,13 +31,6 @@ pub struct Args {
     /// Print one JSON object instead of lines
     #[arg(long)]
     json: bool,
-}
-
-#[derive(clap::Args)]
-#[command(after_help = CHECK_EXAMPLES)]
-pub struct CheckArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
 }
 
 /// Characters of a value that a line shows.
@@ -73,14 +62,6 @@ pub fn run(args: &Args) -> Outcome {
             }
         }
     }
-    Ok(Done::Completely)
-}
-
-/// `abbe check`.
-pub fn check(args: &CheckArgs) -> Outcome {
-    let scene = args.scene.overrides.load(&args.scene.path)?;
-    scene.notes.iter().for_each(|n| out(&format!("note: {n}")));
-    out(&format!("{}: a good scene ({})", args.scene.path.display(), summary(&scene)));
     Ok(Done::Completely)
 }
 
@@ -146,7 +127,8 @@ fn describe_scene(scene: &Scene) -> Facts {
     facts
 }
 
-fn summary(scene: &Scene) -> String {
+/// The numbers of a scene's parts.
+pub fn summary(scene: &Scene) -> String {
     let triangles: usize =
         scene.shapes.iter().map(|s| if let Geometry::Mesh(mesh) = &s.geometry { mesh.triangles.len() } else { 0 }).sum();
     let emitters = scene.shapes.iter().filter(|s| s.emission.is_some()).count();
@@ -159,7 +141,8 @@ fn summary(scene: &Scene) -> String {
     )
 }
 
-fn sensor_name(sensor: &Sensor) -> &'static str {
+/// What measures the light, in words.
+pub fn sensor_name(sensor: &Sensor) -> &'static str {
     match sensor {
         Sensor::Perspective { lens_radius, .. } if *lens_radius > 0.0 => "thin lens camera",
         Sensor::Perspective { .. } => "pinhole camera",
@@ -169,7 +152,8 @@ fn sensor_name(sensor: &Sensor) -> &'static str {
     }
 }
 
-fn light_name(light: &Light) -> &'static str {
+/// A light, in words.
+pub fn light_name(light: &Light) -> &'static str {
     match light {
         Light::Point { .. } => "point",
         Light::Spot { .. } => "spot",

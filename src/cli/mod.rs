@@ -1,4 +1,4 @@
-//! The command line: `abbe render`, `develop`, `devices`, `info`, `check`, `bench`, `compare`, `probe` and `glass`.
+//! The command line: `abbe new`, `check`, `render`, `develop`, `devices`, `info`, `bench`, `compare`, `probe` and `glass`.
 //!
 //! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 1 what was
 //! compared is not alike, 2 the request or its input is at fault (one line says what and what to do), 130 interrupted by Ctrl-C (what was
@@ -6,6 +6,7 @@
 
 mod bands;
 mod bench;
+mod check;
 mod compare;
 mod develop;
 mod device;
@@ -13,6 +14,7 @@ mod glass;
 mod info;
 mod interrupt;
 mod load;
+mod new;
 mod print;
 mod probe;
 mod progress;
@@ -43,7 +45,8 @@ const EXAMPLES: &str = "Examples:
   abbe render scenes/newton.json                    newton.exr (spectra) and newton.png (picture), 64 samples per pixel
   abbe render scenes/prism.json --time 30s -o p.exr  as good as half a minute allows
   abbe develop newton.exr -o n.png --tone agx        another picture of what was rendered
-  abbe check my_scene.json                          is the scene right?
+  abbe new my_scene                                 a scene to start from, with comments
+  abbe check my_scene.json                          what will it show, and is something wrong?
   abbe info newton.exr                              what is in a file
   abbe compare newton.exr reference.exr             how far two files are apart
   abbe probe newton.exr 320,200                     the spectrum of a pixel
@@ -62,8 +65,10 @@ enum Command {
     Devices(device::Args),
     /// Say what a scene, glTF or spectral EXR file contains
     Info(info::Args),
-    /// Check a scene without rendering it
-    Check(info::CheckArgs),
+    /// Say what a scene will show and what in it is probably a mistake, without rendering it
+    Check(check::Args),
+    /// Write a scene to start from
+    New(new::Args),
     /// Render scenes and print speed and error, one row each
     Bench(bench::Args),
     /// Say how far two spectral EXRs are apart, and whether that is too far
@@ -85,7 +90,8 @@ pub fn main() -> ExitCode {
         Command::Develop(args) => develop::run(&args),
         Command::Devices(args) => device::run(&args),
         Command::Info(args) => info::run(&args),
-        Command::Check(args) => info::check(&args),
+        Command::Check(args) => check::run(&args),
+        Command::New(args) => new::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Probe(args) => probe::run(&args),

@@ -50,6 +50,10 @@ pub(super) fn scene(path: &Path, bytes: &[u8], files: Files, options: &LoadOptio
     if loader.scene.shapes.is_empty() {
         return Err(place.fail("the glTF file has no triangles in its scene", "export it with meshes"));
     }
+    if let (Some(aspect), None) = (loader.aspect, options.width) {
+        let film = &mut loader.scene.film;
+        film.width = (f64::from(film.height) * aspect).round().clamp(1.0, 4096.0) as u32;
+    }
     loader.scene.sensor = match loader.camera.take() {
         Some(camera) => camera,
         None => {
@@ -151,8 +155,13 @@ fn add(loader: &mut Loader, path: &Path, bytes: &[u8], world: DMat4, overrides: 
             }
         }
         if let Some(camera) = placed.node.get("camera") {
-            let camera = sensor(&item(&root, "cameras", &camera)?, &placed.world)?;
-            loader.camera.get_or_insert(camera);
+            let camera = item(&root, "cameras", &camera)?;
+            let seen = sensor(&camera, &placed.world)?;
+            if loader.camera.is_none() {
+                let aspect = camera.get("perspective").and_then(|p| p.get("aspectRatio"));
+                loader.aspect = aspect.map(|a| a.within(1e-3, 1e3)).transpose()?;
+                loader.camera = Some(seen);
+            }
         }
         if let Some(index) = placed.node.get("extensions").and_then(|e| e.get("KHR_lights_punctual")).and_then(|e| e.get("light"))
         {

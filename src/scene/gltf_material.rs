@@ -200,12 +200,7 @@ impl<'n> Reader<'_, 'n, '_> {
     }
 
     fn glass(&mut self, base: [f64; 3], alpha: f64) -> Result<usize> {
-        let ior = factor(self.extension("KHR_materials_ior").as_ref(), "ior", 1.5, 10.0)?;
-        let ior = if ior == 0.0 { 1.5 } else { ior }; // 0 is a glTF idiom for old shading models
-        let dispersion = factor(self.extension("KHR_materials_dispersion").as_ref(), "dispersion", 0.0, 100.0)?;
-        let ior = Ior::from_abbe_number(ior.max(0.1), if dispersion > 0.0 { 20.0 / dispersion } else { f64::INFINITY });
-        let (lo, hi) = self.loader.reader.range;
-        ior.check_range(lo, hi).map_err(|problem| self.node.fail(problem, "use a smaller dispersion"))?;
+        let ior = self.ior()?;
         if base != [1.0; 3] || self.info("baseColorTexture").is_some() {
             self.note("the surface tint of glass is ignored; use KHR_materials_volume to colour it");
         }
@@ -220,9 +215,25 @@ impl<'n> Reader<'_, 'n, '_> {
             ));
             return Ok(self.push(Material::ThinDielectric { ior }));
         };
-        let sigma_a = absorption(&volume, (lo, hi))?;
+        let sigma_a = absorption(&volume, self.loader.reader.range)?;
         self.loader.scene.interiors.push(Interior { ior, priority: 1, sigma_a, ..Interior::vacuum(&name) });
         Ok(self.push(Material::Dielectric { interior: self.loader.scene.interiors.len() - 1, alpha }))
+    }
+
+    /// The index of refraction: of the glass that the material's custom property "glass" names, or from KHR_materials_ior and the dispersion, which may
+    /// be a custom property too, as not every exporter knows KHR_materials_dispersion.
+    fn ior(&self) -> Result<Ior> {
+        let extras = self.node.get("extras");
+        if let Some(glass) = extras.as_ref().and_then(|e| e.get("glass")) {
+            return self.loader.reader.ior(&glass);
+        }
+        let ior = factor(self.extension("KHR_materials_ior").as_ref(), "ior", 1.5, 10.0)?;
+        let ior = if ior == 0.0 { 1.5 } else { ior }; // 0 is a glTF idiom for old shading models
+        let dispersion = factor(self.extension("KHR_materials_dispersion").or(extras).as_ref(), "dispersion", 0.0, 100.0)?;
+        let ior = Ior::from_abbe_number(ior.max(0.1), if dispersion > 0.0 { 20.0 / dispersion } else { f64::INFINITY });
+        let (lo, hi) = self.loader.reader.range;
+        ior.check_range(lo, hi).map_err(|problem| self.node.fail(problem, "use a smaller dispersion"))?;
+        Ok(ior)
     }
 
     fn emission(&mut self) -> Result<Option<Emission>> {

@@ -158,10 +158,11 @@ impl<'a> Node<'a> {
         self.get(key).ok_or_else(|| self.fail(format!("{key:?} is missing"), format!("add {key:?}")))
     }
 
-    /// The members of an object whose keys the user chooses, in order.
+    /// The members of an object, in order; those whose keys begin with `//` are comments and passed over.
     pub fn entries(&self) -> Result<Vec<(&'a str, Node<'a>)>> {
         let map = self.value.as_object().ok_or_else(|| self.expected("an object"))?;
-        Ok(map.iter().map(|(k, v)| (k.as_str(), self.child(k, v))).collect())
+        let members = map.iter().filter(|(k, _)| !k.starts_with("//"));
+        Ok(members.map(|(k, v)| (k.as_str(), self.child(k, v))).collect())
     }
 
     /// Checks that this is an object that has only keys of `kind` (see [`super::keys`]).

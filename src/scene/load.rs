@@ -73,6 +73,8 @@ pub(super) struct Loader {
     pub(super) images: HashMap<image_texture::Key, Arc<Image>>,
     /// The camera of an included glTF file, for a scene that has none of its own.
     pub(super) camera: Option<Sensor>,
+    /// Width over height of what that camera is meant for.
+    pub(super) aspect: Option<f64>,
     /// Shapes and instances visited, against instances of instances of instances.
     pub(super) visits: u32,
     /// Triangles so far.
@@ -106,6 +108,7 @@ impl Loader {
             meshes: HashMap::new(),
             images: HashMap::new(),
             camera: None,
+            aspect: None,
             visits: 0,
             triangles: 0,
             black: None,

@@ -3,6 +3,7 @@
 //! A scene file is parsed by [`load`] into a [`Scene`]; nothing after that reads JSON, meshes or spectra files. Both integrators (the GPU's
 //! and [`crate::reference`]) take this type and nothing else. Lengths are metres, right-handed, Y up; radiance is W m^-2 sr^-1 nm^-1.
 
+mod advice;
 mod environment;
 mod files;
 mod gltf;
@@ -26,6 +27,7 @@ pub mod texture;
 mod transform;
 mod units;
 
+pub use advice::advice;
 pub(crate) use json::{quoted, suggest};
 pub use load::{LoadOptions, load, load_str};
 pub use texture::Texture;

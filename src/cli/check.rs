@@ -1,0 +1,90 @@
+//! `abbe check`: what a scene will show, in words, and what in it is probably not meant.
+
+use super::device::TechniqueArgs;
+use super::info::{light_name, sensor_name, summary};
+use super::load::SceneArgs;
+use super::{Done, Outcome, print::out};
+use crate::integrator::Plan;
+use crate::scene::{Light, Material, Scene, advice};
+use crate::spectrum::Ior;
+
+const EXAMPLES: &str = "Examples:
+  abbe check scenes/newton.json
+  abbe check model.glb
+  abbe check my_scene.json --channels 40 && abbe render my_scene.json --channels 40
+  abbe check my_scene.json --without light-paths     which light would not be found?
+
+Warnings do not make a scene wrong: the exit code is 0.";
+
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    techniques: TechniqueArgs,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let scene = args.scene.overrides.load(&args.scene.path)?;
+    let plan = Plan::new(&scene, (&args.techniques).into());
+    explain(&scene, &plan).iter().for_each(|line| out(line));
+    scene.notes.iter().for_each(|note| out(&format!("note: {note}")));
+    let unseen = plan.blind_spots.iter().map(|line| format!("not found: {line}; allow what is left out by --without"));
+    let warnings: Vec<String> = advice(&scene).into_iter().chain(unseen).collect();
+    warnings.iter().for_each(|warning| out(&format!("warning: {warning}")));
+    let verdict = match warnings.len() {
+        0 => "a good scene".to_string(),
+        1 => "1 warning".to_string(),
+        n => format!("{n} warnings"),
+    };
+    out(&format!("{}: {verdict} ({})", args.scene.path.display(), summary(&scene)));
+    Ok(Done::Completely)
+}
+
+/// What will be rendered.
+fn explain(scene: &Scene, plan: &Plan) -> Vec<String> {
+    let (film, bins) = (&scene.film, &scene.film.bins);
+    let mut lines = vec![format!(
+        "{} x {} pixels of {} bins, {} to {} nm, by a {}",
+        film.width,
+        film.height,
+        bins.count,
+        bins.min_nm,
+        bins.max_nm,
+        sensor_name(&scene.sensor)
+    )];
+    let lamps = scene.shapes.iter().filter(|s| s.emission.is_some()).map(|s| format!("{:?} (shape)", s.name));
+    let lights: Vec<String> = scene.lights.iter().map(|l: &Light| light_name(l).to_string()).chain(lamps).collect();
+    lines.push(format!("light: {}", if lights.is_empty() { "none".into() } else { lights.join(", ") }));
+    for interior in &scene.interiors[1..] {
+        let mut parts = vec![index(&interior.ior, bins.min_nm, bins.max_nm)];
+        if !interior.sigma_a.is_zero() {
+            parts.push(format!("absorbs {:.3} per m at 550 nm", interior.sigma_a.eval(550.0)));
+        }
+        if !interior.sigma_s.is_zero() {
+            parts.push(format!("scatters {:.3} per m at 550 nm", interior.sigma_s.eval(550.0)));
+        }
+        lines.push(format!("volume {:?}: {}", interior.name, parts.join(", ")));
+    }
+    let panes: Vec<&Ior> =
+        scene.materials.iter().filter_map(|m| if let Material::ThinDielectric { ior } = m { Some(ior) } else { None }).collect();
+    lines.extend(panes.iter().map(|ior| format!("thin panes: {}", index(ior, bins.min_nm, bins.max_nm))));
+    if plan.texture_bytes > 0 {
+        lines.push(format!("pictures on surfaces: {:.1} MiB of spectra", plan.texture_bytes as f64 / 1048576.0));
+    }
+    lines.push(match &plan.light {
+        Some(_) => "caustics: looked for by light paths from the lamps".into(),
+        None => "caustics: none to be expected (nothing bends light, or nothing catches what is bent)".into(),
+    });
+    lines
+}
+
+fn index(ior: &Ior, lo: f64, hi: f64) -> String {
+    if ior.is_constant_over(lo, hi) {
+        format!("index {:.4} at all wavelengths", ior.nd())
+    } else {
+        format!("index {:.4} at 587.6 nm, Abbe number {:.1}", ior.nd(), ior.vd())
+    }
+}

@@ -1,0 +1,44 @@
+//! `abbe new`: a scene to start from, with comments.
+
+use super::{Done, Outcome, print::out};
+use crate::error::Error;
+use std::io::{ErrorKind, Write};
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "Examples:
+  abbe new rainbow && abbe render rainbow.json
+  abbe new tests/lens.json";
+
+/// The scene, which ships.
+const STARTER: &str = include_str!("../../scenes/starter.json");
+/// What its name is replaced by the new one.
+const NAME: &str = "\"name\": \"starter\"";
+
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Name of the scene, or its file; .json is added where it is missing
+    #[arg(value_name = "NAME")]
+    name: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let path = if args.name.extension().is_some_and(|e| e == "json") {
+        args.name.clone()
+    } else {
+        args.name.with_added_extension("json")
+    };
+    let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let failed = |e: std::io::Error| match e.kind() {
+        ErrorKind::AlreadyExists => {
+            Error::file(&path, "the file is there already", "choose another name; nothing was overwritten")
+        }
+        _ => Error::file(&path, format!("cannot be written: {e}"), "choose a folder that you may write to"),
+    };
+    let text = STARTER.replace(NAME, &format!("\"name\": {}", serde_json::Value::from(name)));
+    let mut file = std::fs::File::create_new(&path).map_err(failed)?;
+    file.write_all(text.as_bytes()).map_err(failed)?;
+    out(&format!("wrote {0}; abbe render {0}", path.display()));
+    Ok(Done::Completely)
+}

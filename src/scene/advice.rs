@@ -1,0 +1,210 @@
+//! What is probably not meant in a scene that is right by the letter: each line says what, where, and what to do about it.
+
+use super::{Geometry, Interior, Light, Material, Scene, Shape};
+use crate::geometry::{Bounds, bounds, bounds_of_all, corners};
+use crate::reference::initial_interiors;
+use glam::{DVec2, DVec3};
+use std::collections::HashMap;
+
+/// Glass larger than this, or scenes larger than [`LARGEST_SCENE`], were probably made in millimetres; m.
+const LARGEST_GLASS: f64 = 20.0;
+/// See [`LARGEST_GLASS`].
+const LARGEST_SCENE: f64 = 1000.0;
+/// Pairs of faces in one plane that are looked at, at most.
+const MOST_PAIRS: usize = 100_000;
+
+/// Advice on a scene, one line each: nothing where nothing looks like a mistake.
+pub fn advice(scene: &Scene) -> Vec<String> {
+    let mut out = Vec::new();
+    unlit(scene, &mut out);
+    for interior in 1..scene.interiors.len() {
+        solid(scene, interior, &mut out);
+    }
+    overlapping_faces(scene, &mut out);
+    lights_inside(scene, &mut out);
+    units(scene, &mut out);
+    out
+}
+
+fn emits(shape: &Shape) -> bool {
+    shape.emission.as_ref().is_some_and(|e| !e.radiance.is_zero())
+}
+
+fn unlit(scene: &Scene, out: &mut Vec<String>) {
+    let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
+    let dark = |light: &Light| match light {
+        Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity.mean(lo, hi) == 0.0,
+        Light::Beam { irradiance, .. } | Light::Sun { irradiance, .. } => irradiance.mean(lo, hi) == 0.0,
+        Light::Constant { radiance } => radiance.mean(lo, hi) == 0.0,
+        Light::Image(map) => map.texels.iter().all(|t| t[3] == 0.0),
+    };
+    if scene.lights.iter().all(dark) && !scene.shapes.iter().any(emits) {
+        out.push("nothing gives light, so the picture will be black; add \"lights\", or \"emission\" to a shape".into());
+    }
+}
+
+/// The interior that a material encloses.
+fn interior_of(scene: &Scene, material: usize) -> Option<usize> {
+    match &scene.materials[material] {
+        Material::Dielectric { interior, .. } => Some(*interior),
+        Material::Boundary { interior } => *interior,
+        Material::Mix { a, b, .. } => interior_of(scene, *a).or_else(|| interior_of(scene, *b)),
+        _ => None,
+    }
+}
+
+/// Is the surface of a volume closed, and are its faces turned one way? All shapes of it count together.
+fn solid(scene: &Scene, interior: usize, out: &mut Vec<String>) {
+    let name = &scene.interiors[interior].name;
+    let parts: Vec<&Shape> = scene.shapes.iter().filter(|s| interior_of(scene, s.material) == Some(interior)).collect();
+    let is_disc =
+        |at: DVec3| parts.iter().any(|s| matches!(&s.geometry, Geometry::Disc { center, .. } if center.distance(at) < 1e-6));
+    // Edges by the places of their ends: how often they are passed one way and the other.
+    let mut edges: HashMap<[[u64; 3]; 2], [u32; 2]> = HashMap::new();
+    let (mut area, mut sum) = (0.0, DVec3::ZERO);
+    for shape in &parts {
+        match &shape.geometry {
+            Geometry::Mesh(mesh) => {
+                for t in 0..mesh.triangles.len() {
+                    let c = corners(mesh, t);
+                    let normal = (c[1] - c[0]).cross(c[2] - c[0]);
+                    (area, sum) = (area + normal.length(), sum + normal);
+                    let ends = c.map(|p| (p + 0.0).to_array().map(f64::to_bits)); // + 0 makes -0 the same place
+                    for i in 0..3 {
+                        let (a, b) = (ends[i], ends[(i + 1) % 3]);
+                        let way = usize::from(a > b);
+                        edges.entry([a.min(b), a.max(b)]).or_default()[way] += 1;
+                    }
+                }
+            }
+            Geometry::Cylinder { base, axis, length, .. } if !is_disc(*base) || !is_disc(*base + *axis * *length) => out.push(format!(
+                "the cylinder {:?} of {name:?} has no ends, so light gets in and out where there is no surface; add \"capped\": true",
+                shape.name
+            )),
+            _ => {}
+        }
+    }
+    let open = edges.values().filter(|[a, b]| a + b == 1).count();
+    // A sheet that faces upwards is the surface of something deep, such as water.
+    let is_sheet = sum.y > 0.5 * area;
+    if open > 0 && !is_sheet {
+        out.push(format!(
+            "the surface of {name:?} has a hole ({open} edges belong to one face only), so light gets in and out where there is no surface; close the \
+             mesh and merge its vertices, or use \"thin_dielectric\" for a pane"
+        ));
+    } else if edges.values().any(|&[a, b]| a.abs_diff(b) >= 2) {
+        out.push(format!(
+            "neighbouring faces of {name:?} are turned different ways, so inside and outside change places; recalculate the normals \
+             (Blender: Mesh > Normals > Recalculate Outside)"
+        ));
+    }
+}
+
+/// A triangle in its plane.
+struct Face {
+    shape: usize,
+    corners: [DVec2; 3],
+}
+
+/// Opaque faces of two shapes that lie in one plane, overlap and look the same way: which of them is seen is up to chance. (Faces that touch back to back, as
+/// of a box on a table, are never seen.)
+fn overlapping_faces(scene: &Scene, out: &mut Vec<String>) {
+    let size = bounds_of_all(&scene.shapes);
+    if size.is_empty() {
+        return;
+    }
+    let scale = (size.max - size.min).length().max(1e-9);
+    let opaque = |m: usize| matches!(scene.materials[m], Material::Diffuse { .. } | Material::Conductor { .. });
+    let mut planes: HashMap<[i64; 4], Vec<Face>> = HashMap::new();
+    for (index, shape) in scene.shapes.iter().enumerate().filter(|(_, s)| opaque(s.material)) {
+        let Geometry::Mesh(mesh) = &shape.geometry else { continue };
+        for t in 0..mesh.triangles.len() {
+            let c = corners(mesh, t);
+            let n = (c[1] - c[0]).cross(c[2] - c[0]).normalize_or_zero();
+            let at = (c[0] - size.min).dot(n) / scale;
+            let key = [n.x * 1e5, n.y * 1e5, n.z * 1e5, at * 1e7].map(|v| v.round() as i64);
+            let (x, y) = n.any_orthonormal_pair();
+            let corners = c.map(|p| DVec2::new(p.dot(x), p.dot(y)));
+            planes.entry(key).or_default().push(Face { shape: index, corners });
+        }
+    }
+    let mut pairs = 0;
+    let mut said: Vec<[usize; 2]> = Vec::new();
+    for faces in planes.values() {
+        for (i, a) in faces.iter().enumerate() {
+            for b in &faces[..i] {
+                pairs += 1;
+                if pairs > MOST_PAIRS {
+                    break;
+                }
+                let shapes = [a.shape.min(b.shape), a.shape.max(b.shape)];
+                if a.shape != b.shape && !said.contains(&shapes) && overlap(&a.corners, &b.corners) {
+                    said.push(shapes);
+                }
+            }
+        }
+    }
+    said.sort_unstable();
+    for [a, b] in said {
+        out.push(format!(
+            "{:?} and {:?} overlap in one plane, and which is seen is up to rounding; move them apart or remove one",
+            scene.shapes[a].name, scene.shapes[b].name
+        ));
+    }
+}
+
+/// Do two triangles share an area? By their separating axes; a touch within 1e-6 of their size is none.
+fn overlap(a: &[DVec2; 3], b: &[DVec2; 3]) -> bool {
+    let edges = |t: &[DVec2; 3]| [t[1] - t[0], t[2] - t[1], t[0] - t[2]];
+    let range = |t: &[DVec2; 3], axis: DVec2| {
+        let along = t.map(|p| p.dot(axis));
+        (along.into_iter().fold(f64::INFINITY, f64::min), along.into_iter().fold(f64::NEG_INFINITY, f64::max))
+    };
+    edges(a).into_iter().chain(edges(b)).all(|edge| {
+        let axis = edge.perp().normalize_or_zero();
+        let ((a0, a1), (b0, b1)) = (range(a, axis), range(b, axis));
+        a1.min(b1) - a0.max(b0) > 1e-6 * (a1 - a0).min(b1 - b0)
+    })
+}
+
+/// Lamps in glass: mostly those that were meant to stand before it.
+fn lights_inside(scene: &Scene, out: &mut Vec<String>) {
+    let mut places: Vec<(String, DVec3)> = Vec::new();
+    for light in &scene.lights {
+        match light {
+            Light::Point { position, .. } => places.push(("a point light".into(), *position)),
+            Light::Spot { position, .. } => places.push(("a spot light".into(), *position)),
+            Light::Beam { origin, .. } => places.push(("a beam".into(), *origin)),
+            _ => {}
+        }
+    }
+    for shape in scene.shapes.iter().filter(|s| emits(s) && interior_of(scene, s.material).is_none()) {
+        let at = match &shape.geometry {
+            Geometry::Mesh(mesh) => corners(mesh, 0).iter().sum::<DVec3>() / 3.0,
+            Geometry::Sphere { center, .. } | Geometry::Disc { center, .. } => *center,
+            Geometry::Cylinder { base, axis, length, .. } => *base + *axis * (0.5 * length),
+        };
+        places.push((format!("the lamp {:?}", shape.name), at));
+    }
+    let points: Vec<DVec3> = places.iter().map(|(_, p)| *p).collect();
+    let around: &Interior = &scene.interiors[0];
+    for ((what, _), inside) in places.iter().zip(initial_interiors(scene, &points)) {
+        if let Some(glass) = inside.iter().map(|&i| &scene.interiors[i]).find(|i| i.ior != around.ior) {
+            out.push(format!("{what} lies inside {:?}; if it should shine on it from outside, move it out", glass.name));
+        }
+    }
+}
+
+fn units(scene: &Scene, out: &mut Vec<String>) {
+    let size = |b: Bounds| if b.is_empty() { 0.0 } else { (b.max - b.min).max_element() };
+    let whole = size(bounds_of_all(&scene.shapes));
+    let is_glass = |s: &&Shape| matches!(scene.materials[s.material], Material::Dielectric { .. });
+    let glass =
+        scene.shapes.iter().filter(is_glass).map(|s| (size(bounds(&s.geometry)), &s.name)).max_by(|a, b| a.0.total_cmp(&b.0));
+    let remedy = "lengths are metres: if they were meant as millimetres, scale everything by 0.001";
+    match glass {
+        Some((size, name)) if size > LARGEST_GLASS => out.push(format!("the glass {name:?} is {size:.0} m across; {remedy}")),
+        _ if whole > LARGEST_SCENE => out.push(format!("the scene is {whole:.0} m across; {remedy}")),
+        _ => {}
+    }
+}

@@ -1,0 +1,55 @@
+//! `abbe new` and `abbe check`.
+
+use crate::support::{Folder, fails, text};
+
+#[test]
+fn a_new_scene_has_its_name_and_comments_is_good_and_renders() {
+    let folder = Folder::new("new");
+    let output = folder.run(&["new", "rain bow"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert_eq!(folder.names(), ["ball.json", "rain bow.json"]);
+    let written = std::fs::read_to_string(folder.0.join("rain bow.json")).unwrap();
+    assert!(written.contains("\"name\": \"rain bow\"") && written.matches("\"//").count() >= 4, "{written}");
+    let output = folder.run(&["check", "rain bow.json"]);
+    let stdout = text(&output.stdout);
+    assert!(output.status.success() && stdout.contains("a good scene") && !stdout.contains("warning"), "{stdout}");
+    let arguments =
+        ["render", "rain bow.json", "--device", "reference", "--spp", "1", "--size", "6x4", "--channels", "4", "--quiet"];
+    // The reference that the scene names can see its beam.
+    assert!(folder.run(&arguments).status.success());
+    let before = std::fs::read_to_string(folder.0.join("ball.json")).unwrap();
+    fails(&folder, &["new", "ball"], &["ball.json", "there already", "nothing was overwritten"]);
+    assert_eq!(std::fs::read_to_string(folder.0.join("ball.json")).unwrap(), before);
+    fails(&folder, &["new", "no/such/folder"], &["cannot be written"]);
+}
+
+#[test]
+fn check_says_what_will_be_rendered_and_what_is_wrong() {
+    let folder = Folder::new("check");
+    let good = text(&folder.run(&["check", "ball.json"]).stdout);
+    for part in [
+        "8 x 6 pixels of 4 bins, 380 to 780 nm, by a pinhole camera",
+        "light: constant environment",
+        "caustics: none",
+        "a good scene",
+    ] {
+        assert!(good.contains(part), "no '{part}' in {good}");
+    }
+    let glass = r#"{"camera": {"perspective": {"eye": [0, 1, 4], "target": [0, 0, 0], "vfov_deg": 40}},
+        "materials": {"flint": {"dielectric": {"ior": "N-SF11", "absorption": 2}}, "paper": {"diffuse": {"reflectance": 0.8}}},
+        "shapes": [{"sphere": {"center": [0, 1, 0], "radius": 0.5}, "material": "flint"}, {"disc": {"center": [0, 0, 0], "normal": [0, 1, 0], "radius": 2}, "material": "paper"}],
+        "lights": [{"point": {"position": [0, 3, 0], "intensity": 1}}]}"#;
+    std::fs::write(folder.0.join("glass.json"), glass).unwrap();
+    let good = text(&folder.run(&["check", "glass.json"]).stdout);
+    for part in [
+        "volume \"flint\": index 1.7847 at 587.6 nm, Abbe number 25.7, absorbs 2.000 per m",
+        "caustics: looked for",
+        "a good scene",
+    ] {
+        assert!(good.contains(part), "no '{part}' in {good}");
+    }
+    let blind = text(&folder.run(&["check", "glass.json", "--without", "light-paths", "--without", "gathering"]).stdout);
+    for part in ["warning: not found: caustics of point lights", "--without", "2 warnings"] {
+        assert!(blind.contains(part), "no '{part}' in {blind}");
+    }
+}
