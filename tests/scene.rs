@@ -2,8 +2,6 @@
 
 #[path = "scene/advice.rs"]
 mod advice;
-#[path = "scene/fuzz.rs"]
-mod fuzz;
 #[path = "scene/geometry.rs"]
 mod geometry;
 #[path = "scene/gltf.rs"]
