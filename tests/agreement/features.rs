@@ -289,7 +289,7 @@ agree! {
         material(s, Material::Conductor { eta: flat(0.5), k: flat(3.0), alpha: 0.3 })
     });
     pictures_on_surfaces, 96, 1.0, textures::surfaces();
-    a_picture_on_a_lamp, 96, 1.0, textures::lamps();
+    a_picture_on_a_lamp, 160, 1.2, textures::lamps();
     one_bin, 96, 1.0, bins(1);
 }
 

@@ -150,3 +150,42 @@ fn a_glb_is_bare_geometry_or_a_part_with_its_own_materials() {
     assert_eq!(bunny(r#"[{"gltf": {"file": "bunny.glb"}}]"#).materials.len(), 2);
     assert!(load_text(&scene_with("camera", "null")).is_err());
 }
+
+#[test]
+fn what_was_set_in_blender_comes_through() {
+    // tools/make-blender-scene.py says what was set.
+    let scene = load(&folder("tests/data/scenes/blender.glb"), &LoadOptions::default()).unwrap();
+    let shape = |n: usize| &scene.shapes[n];
+    let Material::Dielectric { interior, alpha } = scene.materials[shape(0).material] else { panic!("not solid glass") };
+    let glass = &scene.interiors[interior];
+    assert_eq!((alpha, glass.name.as_str()), (0.0, "Glass"));
+    assert!((glass.ior.nd() - 1.6).abs() < 1e-6 && (glass.ior.vd() - 40.0).abs() < 0.2, "{} {}", glass.ior.nd(), glass.ior.vd());
+    // A density of 2 lets the colour through over half a metre.
+    let through = abbe::spectrum::upsample::color_of_reflectance(|nm| (-0.5 * glass.sigma_a.eval(nm)).exp());
+    assert!(through.iter().zip([0.5, 0.9, 0.7]).all(|(a, b)| (a - b).abs() < 3e-3), "{through:?}");
+    let Material::Diffuse { reflectance } = &scene.materials[shape(1).material] else { panic!("not diffuse") };
+    let picture = reflectance.image().expect("a picture");
+    assert_eq!((picture.image.width, picture.image.height, picture.to_image), (4, 4, [[3.0, 0.0, 0.0], [0.0, 3.0, -2.0]]));
+    let lamp = shape(2).emission.as_ref().expect("a lamp");
+    let Texture::Uniform(radiance) = &lamp.radiance else { panic!("a picture") };
+    let luminance = abbe::color::cie::xyz_of(radiance, abbe::spectrum::library::Observer::Cie1931)[1];
+    assert!((luminance - 20.0 * (0.2126 + 0.8 * 0.7152 + 0.5 * 0.0722)).abs() < 0.05, "{luminance}");
+    assert!(matches!(scene.materials[shape(3).material], Material::Conductor { alpha, .. } if (alpha - 0.04).abs() < 1e-6));
+    assert!(matches!(scene.lights[..], [Light::Spot { .. }, Light::Sun { .. }]));
+    // Blender's Z is up; here it is Y. The camera stood 4 m in front, 1.5 m high, for pictures of 16:9.
+    let Sensor::Perspective { eye, .. } = scene.sensor else { panic!("not a camera") };
+    assert!((eye - DVec3::new(0.0, 1.5, 4.0)).length() < 1e-6, "{eye}");
+    assert_eq!((scene.film.width, scene.film.height), (910, 512));
+}
+
+#[test]
+fn custom_properties_name_a_glass() {
+    let mut named = document();
+    named["materials"][0]["extras"] = json!({"glass": "N-BK7"});
+    let scene = load_document("named", &named).unwrap();
+    let Material::Dielectric { interior, .. } = scene.materials[scene.shapes[0].material] else { panic!("not glass") };
+    assert!((scene.interiors[interior].ior.eval(486.13) - 1.522376).abs() < 1e-5);
+    named["materials"][0]["extras"] = json!({"glass": "N-BK8"});
+    let line = load_document("misnamed", &named).unwrap_err().to_string();
+    assert!(line.contains("$.materials[0].extras.glass") && line.contains("did you mean"), "{line}");
+}
