@@ -80,6 +80,31 @@ fn filtered_spectrum(f: Filtered, k: u32) -> vec4f {
     return sum * spectrum(f.factor_row, k);
 }
 
+#if NORMAL_MAPS
+// The shading normal of `s`, on the outer side, turned by a picture of normals (the model: Mesh::mapped_normal in src/scene/mod.rs).
+fn mapped_normal(index: u32, s: Surface) -> vec3f {
+    let f = filter_texels(index, s.primitive, s.p);
+    let n = f.weights.x * f.texels[0].xyz + f.weights.y * f.texels[1].xyz + f.weights.z * f.texels[2].xyz + f.weights.w * f.texels[3].xyz;
+    let p0 = primitive_row(3u * s.primitive).xyz;
+    let e1 = primitive_row(3u * s.primitive + 1u).xyz - p0;
+    let e2 = primitive_row(3u * s.primitive + 2u).xyz - p0;
+    let at = FIRST_UV + 2u * s.primitive;
+    let ab = bitcast<vec4f>(fetch(textures, at));
+    let d1 = ab.zw - ab.xy;
+    let d2 = bitcast<vec4f>(fetch(textures, at + 1u)).xy - ab.xy;
+    let side = select(1.0, -1.0, d1.x * d2.y - d1.y * d2.x < 0.0);
+    let along_u = side * (d2.y * e1 - d1.y * e2);
+    let along_v = side * (d1.x * e2 - d2.x * e1);
+    let across = along_u - dot(s.ns, along_u) * s.ns;
+    let tangent = across * inverseSqrt(max(dot(across, across), 1e-37));
+    let bitangent = cross(s.ns, tangent);
+    let up = select(bitangent, -bitangent, dot(bitangent, along_v) > 0.0);
+    let turned = n.x * tangent + n.y * up + n.z * s.ns;
+    let size = dot(turned, turned);
+    return select(s.ns, turned * inverseSqrt(max(size, 1e-37)), dot(across, across) > 0.0 && dot(turned, s.n) > 0.0);
+}
+#endif
+
 var<private> surface_color: array<vec4f, LANES4>; // of the material that was looked at last
 
 // Looks at a material at the point `p` of a primitive: see `color_of`.

@@ -94,14 +94,26 @@ fn add_emission(ray: Ray, s: Surface) {
 #endif
 #endif
 
-#if MIX
-// The component that a mixture shows at `s` to this path (or to its shadow ray); its share of each wavelength goes into beta (or pending).
-fn resolve_mixture(first: u32, s: Surface, in_shadow: bool) -> u32 {
+#if COMPOSITE
+// The part of a composite material that this path (or its shadow ray) meets at `s`. The share that a mixture has of each wavelength goes into beta (or
+// pending), what a map of normals says into the shading normal.
+fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool) -> u32 {
     var index = first;
-    for (var i = 0u; i < 8u && material_at(index).kind == MATERIAL_KIND_MIX; i++) {
+    for (var i = 0u; i < 12u; i++) {
         let m = material_at(index);
+#if NORMAL_MAPS
+        if (m.kind == MATERIAL_KIND_NORMAL_MAPPED) {
+            (*s).ns = mapped_normal(m.texture, *s);
+            index = m.b;
+            continue;
+        }
+#endif
+#if MIX
+        if (m.kind != MATERIAL_KIND_MIX) {
+            break;
+        }
 #if TEXTURES
-        look_at_surface(m, s.primitive, s.p);
+        look_at_surface(m, (*s).primitive, (*s).p);
 #endif
         var share = 0.0;
         for (var k = 0u; k < LANES4; k++) {
@@ -121,6 +133,9 @@ fn resolve_mixture(first: u32, s: Surface, in_shadow: bool) -> u32 {
             }
         }
         index = select(m.c, m.b, is_first);
+#else
+        break;
+#endif
     }
     return index;
 }
@@ -157,7 +172,7 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
 #endif
         return end_path(ray);
     }
-    let s = surface_at(ray, hit);
+    var s = surface_at(ray, hit);
 #if CAMERA_PATHS
 #if LIGHT_AREA
     if (s.light != NONE) {
@@ -167,8 +182,8 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
 #endif
     var seen = hit.primitive;
     var index = material_of(seen);
-#if MIX
-    index = resolve_mixture(index, s, false);
+#if COMPOSITE
+    index = resolve_material(index, &s, false);
 #endif
 #if CONTACT
     leaving_contact = hit.contact;
@@ -218,10 +233,10 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
     attenuate_pending(ruling_interior(shadow_inside), min(hit.t, ray.t_max));
 #endif
     if (!visible) {
-        let s = surface_at(ray, hit);
+        var s = surface_at(ray, hit);
         var index = material_of(hit.primitive);
-#if MIX
-        index = resolve_mixture(index, s, true);
+#if COMPOSITE
+        index = resolve_material(index, &s, true);
 #endif
         var m = material_at(index);
 #if CONTACT

@@ -84,6 +84,8 @@ shared_constants! {
     MATERIAL_KIND_MIX = 6;
     /// No surface.
     MATERIAL_KIND_BOUNDARY = 7;
+    /// `b`: the material; `texture`: normals.
+    MATERIAL_KIND_NORMAL_MAPPED = 8;
     /// Kinds of lights. `p0`, `p1`, `p2`: vertices; `p0.w`: the picture that it shows, or NO_INDEX.
     LIGHT_KIND_TRIANGLE = 0;
     /// `p0`: centre; `p2.x`: radius.
@@ -216,7 +218,7 @@ shared_records! {
         table: u32,
         /// GGX width.
         alpha: f32,
-        /// The picture that stands for the reflectance or share in row `a`, or NO_INDEX.
+        /// The picture that stands for the reflectance or share in row `a` (or of normals), or NO_INDEX.
         texture: u32,
     }
 

@@ -213,6 +213,10 @@ fn materials(scene: &Scene, rows: &mut Rows, textures: &mut Textures, tables: &m
                 let (b, c, (a, texture)) = (*a as u32, *b as u32, textures.add(weight, rows));
                 Material { kind: layout::MATERIAL_KIND_MIX, a, b, c, texture, ..none }
             }
+            scene::Material::NormalMapped { base, normals } => {
+                let (_, texture) = textures.add(&scene::Texture::Image(normals.clone()), rows);
+                Material { kind: layout::MATERIAL_KIND_NORMAL_MAPPED, b: *base as u32, texture, ..none }
+            }
             scene::Material::Boundary { interior } => {
                 Material { kind: layout::MATERIAL_KIND_BOUNDARY, interior: interior.map_or(NO_INDEX, |i| i as u32), ..none }
             }

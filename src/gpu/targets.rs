@@ -37,6 +37,7 @@ fn around(b: Bounds) -> (DVec3, f64) {
 fn bends(scene: &Scene, material: usize) -> bool {
     match &scene.materials[material] {
         Material::Dielectric { .. } | Material::Conductor { .. } | Material::ThinDielectric { .. } => true,
+        Material::NormalMapped { base, .. } => bends(scene, *base),
         Material::Mix { a, b, .. } => bends(scene, *a) || bends(scene, *b),
         Material::Diffuse { .. } | Material::Boundary { .. } => false,
     }

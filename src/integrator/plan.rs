@@ -87,6 +87,7 @@ impl Plan {
             Material::Diffuse { reflectance: texture } | Material::Mix { weight: texture, .. } => texture.image().is_some(),
             _ => false,
         });
+        let normal_maps = any(&|m| matches!(m, Material::NormalMapped { .. }));
         let lanes = super::Wavelengths::lanes(scene.film.bins.count);
         let features = BTreeMap::from([
             ("QUADRICS", scene.shapes.iter().any(|s| !matches!(s.geometry, Geometry::Mesh(_)))),
@@ -101,9 +102,11 @@ impl Plan {
             ("ROUGH_CONDUCTOR", rough_conductor),
             ("ROUGH", rough_dielectric || rough_conductor),
             ("FRESNEL", dielectric || thin || conductor),
-            ("TEXTURES", textured || textured_lights),
+            ("TEXTURES", textured || textured_lights || normal_maps),
+            ("NORMAL_MAPS", normal_maps),
             ("LIGHT_TEXTURES", textured_lights),
             ("MIX", any(&|m| matches!(m, Material::Mix { .. }))),
+            ("COMPOSITE", any(&|m| matches!(m, Material::Mix { .. } | Material::NormalMapped { .. }))),
             ("BOUNDARY", boundary),
             ("DISPERSION", dispersion),
             ("INTERIORS", interiors),
@@ -164,7 +167,7 @@ impl Plan {
                 ("LIT_SENSOR", base["LIGHT_SAMPLES"] && !camera && !light_paths),
                 ("CONNECT", connects),
                 ("LANE_CHOICE", scattering || rough_dielectric || (light_paths && dispersion)),
-                ("ADJOINT_NORMALS", light_paths && base["SMOOTH_NORMALS"]),
+                ("ADJOINT_NORMALS", light_paths && (base["SMOOTH_NORMALS"] || base["NORMAL_MAPS"])),
             ]);
             f
         };
@@ -229,8 +232,10 @@ fn used_materials(scene: &Scene) -> Vec<usize> {
     while let Some(m) = todo.pop() {
         if !used.contains(&m) {
             used.push(m);
-            if let Material::Mix { a, b, .. } = scene.materials[m] {
-                todo.extend([a, b]);
+            match scene.materials[m] {
+                Material::Mix { a, b, .. } => todo.extend([a, b]),
+                Material::NormalMapped { base, .. } => todo.push(base),
+                _ => {}
             }
         }
     }
@@ -339,6 +344,7 @@ impl fmt::Display for Plan {
                     ("ROUGH_CONDUCTOR", "rough metal"),
                     ("MIX", "mixtures"),
                     ("TEXTURES", "textures"),
+                    ("NORMAL_MAPS", "normal maps"),
                     ("DISPERSION", "dispersion"),
                 ],
             ),

@@ -184,6 +184,7 @@ pub(super) fn straight_share(scene: &Scene, material: &Material, cos: f64, uv: D
     match material {
         Material::Boundary { .. } => 1.0,
         Material::ThinDielectric { ior } => 1.0 - fresnel::thin_pane(cos, ior.eval(nm)),
+        Material::NormalMapped { base, .. } => straight_share(scene, &scene.materials[*base], cos, uv, nm),
         Material::Mix { a, b, weight } => {
             let w = weight.eval(nm, uv);
             let of = |m: usize| straight_share(scene, &scene.materials[m], cos, uv, nm);

@@ -9,7 +9,7 @@ use super::medium::Medium;
 use super::rng::Rng;
 use crate::bsdf::phase;
 use crate::render::BatchStats;
-use crate::scene::Material;
+use crate::scene::{Geometry, Material};
 use glam::DVec3;
 
 /// Scattering events after which paths play Russian roulette.
@@ -174,7 +174,7 @@ impl Stage {
                 path.inside = beyond;
                 continue;
             };
-            let Some(surface) = Surface::new(bsdf, hit, -path.ray.dir, transport) else { return };
+            let Some(surface) = Surface::new(bsdf, &hit, -path.ray.dir, transport) else { return };
             if !self.may_scatter(&path, stats) {
                 return;
             }
@@ -203,8 +203,8 @@ impl Stage {
 
     /// What the path meets at `hits`: the interiors beyond, and the scattering surface unless it goes straight through. Mixes are decided by
     /// chance; of surfaces that coincide an opaque one counts before dielectrics.
-    fn meet<'a>(&'a self, path: &mut Path, hits: &'a [Hit], rng: &mut Rng) -> (Vec<usize>, Option<(&'a Hit, Bsdf<'a>)>) {
-        let met: Vec<(&Hit, &Material)> = hits.iter().map(|h| (h, self.choose(h, path, rng))).collect();
+    fn meet<'a>(&'a self, path: &mut Path, hits: &[Hit], rng: &mut Rng) -> (Vec<usize>, Option<(Hit, Bsdf<'a>)>) {
+        let met: Vec<(Hit, &Material)> = hits.iter().map(|h| self.choose(*h, path, rng)).collect();
         let values = |f: &dyn Fn(f64) -> f64| path.lanes.iter().map(|l| f(l.nm)).collect::<Vec<f64>>();
         let outside = values(&|nm| self.scene.interiors[ruling(&self.scene, &path.inside)].ior.eval(nm));
         for &(hit, material) in &met {
@@ -219,6 +219,7 @@ impl Stage {
             };
             return (path.inside.clone(), Some((hit, bsdf)));
         }
+        let met: Vec<(&Hit, &Material)> = met.iter().map(|(hit, material)| (hit, *material)).collect();
         match cross(&self.scene, &path.inside, path.ray.dir, &met) {
             (beyond, Crossing::Interface { hit, near, far, alpha }) => {
                 let interiors = &self.scene.interiors;
@@ -226,16 +227,29 @@ impl Stage {
                 if eta.iter().all(|&n| n == 1.0) {
                     return (beyond, None);
                 }
-                (beyond, Some((hit, Bsdf::Dielectric { eta, alpha, energy: self.energy(alpha).map(|e| &e.dielectric) })))
+                (beyond, Some((*hit, Bsdf::Dielectric { eta, alpha, energy: self.energy(alpha).map(|e| &e.dielectric) })))
             }
             (beyond, Crossing::Straight) => (beyond, None),
         }
     }
 
-    /// The material of a hit, mixes decided with the mean of their weight over the carried wavelengths.
-    fn choose(&self, hit: &Hit, path: &mut Path, rng: &mut Rng) -> &Material {
-        let mut material = &self.scene.materials[self.scene.shapes[hit.shape].material];
-        while let Material::Mix { a, b, weight } = material {
+    /// The material of a hit and the hit with its normal as maps turn it; mixes decided with the mean of their weight over the carried wavelengths.
+    fn choose(&self, mut hit: Hit, path: &mut Path, rng: &mut Rng) -> (Hit, &Material) {
+        let shape = &self.scene.shapes[hit.shape];
+        let mut material = &self.scene.materials[shape.material];
+        loop {
+            let (a, b, weight) = match material {
+                Material::Mix { a, b, weight } => (a, b, weight),
+                Material::NormalMapped { base, normals } => {
+                    if let Geometry::Mesh(mesh) = &shape.geometry {
+                        let triangle = (hit.prim - self.world.first_prim(hit.shape)) as usize;
+                        hit.ns = mesh.mapped_normal(triangle, hit.uv, hit.ng, hit.ns, normals);
+                    }
+                    material = &self.scene.materials[*base];
+                    continue;
+                }
+                _ => return (hit, material),
+            };
             let w: Vec<f64> = path.lanes.iter().map(|l| weight.eval(l.nm, hit.uv)).collect();
             let q = w.iter().sum::<f64>() / w.len() as f64;
             let first = rng.next() < q;
@@ -244,7 +258,6 @@ impl Stage {
             }
             material = &self.scene.materials[if first { *a } else { *b }];
         }
-        material
     }
 
     /// Share of light per wavelength that goes straight from the ray's origin to `distance`: through media, and through surfaces that are

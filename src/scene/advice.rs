@@ -48,6 +48,7 @@ fn interior_of(scene: &Scene, material: usize) -> Option<usize> {
     match &scene.materials[material] {
         Material::Dielectric { interior, .. } => Some(*interior),
         Material::Boundary { interior } => *interior,
+        Material::NormalMapped { base, .. } => interior_of(scene, *base),
         Material::Mix { a, b, .. } => interior_of(scene, *a).or_else(|| interior_of(scene, *b)),
         _ => None,
     }

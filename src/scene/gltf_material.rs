@@ -55,7 +55,7 @@ pub(super) fn material(loader: &mut Loader, textures: &mut Textures, node: Optio
     };
     let pbr = node.get("pbrMetallicRoughness");
     let mut reader = Reader { loader, textures, node, pbr, uv_set: 0 };
-    let slots = ["baseColorTexture", "metallicRoughnessTexture", "emissiveTexture", "transmissionTexture"];
+    let slots = ["baseColorTexture", "metallicRoughnessTexture", "emissiveTexture", "transmissionTexture", "normalTexture"];
     if let Some(info) = slots.iter().find_map(|slot| reader.info(slot)) {
         reader.uv_set = uv_set(&info)?;
     }
@@ -85,9 +85,6 @@ impl<'n> Reader<'_, 'n, '_> {
             if self.extension(name).is_some() {
                 self.note(&format!("{lost}: ignored ({name})"));
             }
-        }
-        if self.node.get("normalTexture").is_some() {
-            self.note("normal maps are ignored");
         }
     }
 
@@ -146,6 +143,7 @@ impl<'n> Reader<'_, 'n, '_> {
             surface = Some(surface.map_or(metal, |under| self.mix(metal, under, metallic)));
         }
         let surface = surface.unwrap_or_else(|| self.loader.black());
+        let surface = self.normal_mapped(surface)?;
         let mode = match self.node.get("alphaMode") {
             Some(mode) => mode.choice(&["OPAQUE", "MASK", "BLEND"])?,
             None => "OPAQUE",
@@ -164,6 +162,16 @@ impl<'n> Reader<'_, 'n, '_> {
         }
         let nothing = self.push(Material::Boundary { interior: None });
         Ok(self.mix(surface, nothing, presence))
+    }
+
+    fn normal_mapped(&mut self, base: usize) -> Result<usize> {
+        let Some(info) = self.node.get("normalTexture") else { return Ok(base) };
+        let scale = info.get("scale").map_or(Ok(1.0), |n| n.within(-100.0, 100.0))?;
+        let normals = self.textures.read(&info, self.uv_set, Use::Normals(scale), Spectrum::Constant(1.0), None)?;
+        Ok(match normals {
+            Some(Texture::Image(normals)) => self.push(Material::NormalMapped { base, normals }),
+            _ => base,
+        })
     }
 
     /// GGX width: glTF's roughness is its square root; below 0.001 a surface is smooth here. Of a texture the mean counts.

@@ -20,6 +20,8 @@ pub(super) enum Use {
     Light([f64; 3]),
     /// A channel as a number, times this factor: 0 red to 3 alpha.
     Channel(usize, f64),
+    /// Normals in tangent space, x and y times this factor.
+    Normals(f64),
 }
 
 /// The pictures of a glTF file that were looked at already.
@@ -104,6 +106,7 @@ impl<'a> Textures<'a> {
         let image = match wanted {
             Use::Reflectance(factors) => coloured(factors, Place::Share)?,
             Use::Light(factors) => coloured(factors, Place::Light)?,
+            Use::Normals(scale) => picture.vectors(|[x, y, z]| [x * scale, y * scale, z]),
             Use::Channel(channel, factor) => {
                 picture.numbers(picture.pixels.iter().map(|p| (f64::from(p[channel]) * factor).clamp(0.0, 1.0)))
             }

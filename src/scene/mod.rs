@@ -232,6 +232,13 @@ pub enum Material {
         /// Share of `a`, in [0, 1].
         weight: Texture,
     },
+    /// Another material on a surface that looks finer than it is.
+    NormalMapped {
+        /// Index of that material.
+        base: usize,
+        /// Normals in tangent space as the first three numbers of texels: x along the picture's width, y up the picture, z outwards.
+        normals: Arc<texture::ImageTexture>,
+    },
     /// No surface at all: light goes straight through, into or out of the interior where there is one.
     Boundary {
         /// Index into `Scene::interiors`, if crossing it changes the medium.
@@ -335,6 +342,24 @@ impl Mesh {
                 p * (1.0 - b - c) + q * b + r * c
             }
         }
+    }
+}
+
+impl Mesh {
+    /// The unit shading normal `ns` (on the outer side) turned as `normals` says at the coordinates `uv` of triangle `t`, whose outer normal is `ng`. The tangent is
+    /// that of the triangle, made perpendicular to `ns`. A normal that would look inwards is not turned.
+    pub fn mapped_normal(&self, t: usize, uv: DVec2, ng: DVec3, ns: DVec3, normals: &texture::ImageTexture) -> DVec3 {
+        let [p, q, r] = self.triangles[t].map(|v| self.positions[v as usize]);
+        let [a, b, c] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|corner| self.uv(t, corner));
+        let (e1, e2, d1, d2) = (q - p, r - p, b - a, c - a);
+        let side = d1.perp_dot(d2).signum();
+        let (along_u, along_v) = ((e1 * d2.y - e2 * d1.y) * side, (e2 * d1.x - e1 * d2.x) * side);
+        let tangent = (along_u - ns * ns.dot(along_u)).normalize_or_zero();
+        let up = ns.cross(tangent);
+        let up = if up.dot(along_v) > 0.0 { -up } else { up };
+        let [x, y, z] = normals.vector(uv);
+        let turned = (tangent * x + up * y + ns * z).normalize_or_zero();
+        if tangent != DVec3::ZERO && turned.dot(ng) > 0.0 { turned } else { ns }
     }
 }
 

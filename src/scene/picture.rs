@@ -83,6 +83,15 @@ impl Picture {
         Some(Image { width: self.width, height: self.height, texels })
     }
 
+    /// The picture of vectors that its colours stand for, from -1 to 1, as `change` makes them.
+    pub(super) fn vectors(&self, change: impl Fn([f64; 3]) -> [f64; 3]) -> Image {
+        let texel = |p: &[f32; 4]| {
+            let [x, y, z] = change([p[0], p[1], p[2]].map(|v| 2.0 * f64::from(v) - 1.0));
+            [x as f32, y as f32, z as f32, 0.0]
+        };
+        Image { width: self.width, height: self.height, texels: self.pixels.iter().map(texel).collect() }
+    }
+
     /// The picture of numbers that are the same at every wavelength.
     pub(super) fn numbers(&self, values: impl Iterator<Item = f64>) -> Image {
         Image { width: self.width, height: self.height, texels: values.map(number).collect() }

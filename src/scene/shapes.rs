@@ -135,6 +135,7 @@ impl Loader {
     fn has_image(&self, material: usize) -> bool {
         match &self.scene.materials[material] {
             Material::Diffuse { reflectance } => reflectance.image().is_some(),
+            Material::NormalMapped { .. } => true,
             Material::Mix { a, b, weight } => weight.image().is_some() || self.has_image(*a) || self.has_image(*b),
             _ => false,
         }

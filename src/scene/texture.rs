@@ -119,17 +119,27 @@ impl Texture {
 }
 
 impl ImageTexture {
-    fn eval(&self, nm: f64, uv: DVec2) -> f64 {
+    /// The mean of `value` over the texels around `uv`, by their weights.
+    fn filtered(&self, uv: DVec2, value: impl Fn(&[f32; 4]) -> f64) -> f64 {
         let [u, v] = self.to_image.map(|[a, b, c]| a * uv.x + b * uv.y + c);
         let (width, height) = (self.image.width, self.image.height);
-        let value = if self.nearest {
+        let texel = |column: u32, row: u32| value(&self.image.texels[(row * width + column) as usize]);
+        if self.nearest {
             let (columns, rows) = (self.wrap[0].around(u, width, 0.0), self.wrap[1].around(v, height, 0.0));
-            self.image.texel(columns.0[0], rows.0[0], nm)
-        } else {
-            let ((columns, s), (rows, t)) = (self.wrap[0].around(u, width, 0.5), self.wrap[1].around(v, height, 0.5));
-            let row = |r: u32| (1.0 - s) * self.image.texel(columns[0], r, nm) + s * self.image.texel(columns[1], r, nm);
-            (1.0 - t) * row(rows[0]) + t * row(rows[1])
-        };
+            return texel(columns.0[0], rows.0[0]);
+        }
+        let ((columns, s), (rows, t)) = (self.wrap[0].around(u, width, 0.5), self.wrap[1].around(v, height, 0.5));
+        let row = |r: u32| (1.0 - s) * texel(columns[0], r) + s * texel(columns[1], r);
+        (1.0 - t) * row(rows[0]) + t * row(rows[1])
+    }
+
+    /// The first three numbers of texels at `uv`, for pictures of vectors.
+    pub fn vector(&self, uv: DVec2) -> [f64; 3] {
+        std::array::from_fn(|i| self.filtered(uv, |texel| f64::from(texel[i])))
+    }
+
+    fn eval(&self, nm: f64, uv: DVec2) -> f64 {
+        let value = self.filtered(uv, |texel| eval_texel(texel, nm));
         let value = self.cutoff.map_or(value, |cutoff| f64::from(u8::from(value >= cutoff)));
         value * self.factor.eval(nm)
     }
@@ -142,12 +152,6 @@ impl ImageTexture {
             self.cutoff.map_or(value, |cutoff| f64::from(u8::from(value >= cutoff)))
         };
         (0..seen).map(value).sum::<f64>() / seen as f64 * self.factor.eval(nm)
-    }
-}
-
-impl Image {
-    fn texel(&self, column: u32, row: u32, nm: f64) -> f64 {
-        eval_texel(&self.texels[(row * self.width + column) as usize], nm)
     }
 }
 
@@ -182,6 +186,7 @@ fn eval_texel(&[c0, c1, c2, scale]: &[f32; 4], nm: f64) -> f64 {
 pub fn bytes(scene: &Scene) -> u64 {
     let of_materials = scene.materials.iter().filter_map(|m| match m {
         Material::Diffuse { reflectance: texture } | Material::Mix { weight: texture, .. } => texture.image(),
+        Material::NormalMapped { normals, .. } => Some(normals),
         _ => None,
     });
     let of_lamps = scene.shapes.iter().filter_map(|s| s.emission.as_ref()?.radiance.image());

@@ -93,3 +93,28 @@ pub fn lamps() -> Scene {
     shape(&mut s, flint, sphere(dvec3(0.0, 0.65, 0.2), 0.55));
     s
 }
+
+/// A wall, a metal ball and a glass ball, all with maps of normals.
+pub fn normals() -> Scene {
+    let mut s = room(4, 16);
+    s.max_depth = 16;
+    s.shapes.truncate(1);
+    let slopes = [[0.3, 0.2], [-0.4, 0.1], [0.0, -0.3], [0.2, -0.2], [-0.1, 0.35], [0.1, 0.0]];
+    let texels = slopes.iter().map(|[x, y]| [*x, *y, 1.0, 0.0]).collect();
+    let map = Arc::new(Image { width: 3, height: 2, texels });
+    let turned = |base: usize, repeats: f64| Material::NormalMapped {
+        base,
+        normals: Arc::new(texture(map.clone(), [Wrap::Repeat, Wrap::Mirror], [[repeats, 0.3, 0.0], [-0.2, repeats, 0.1]])),
+    };
+    let wall = material(&mut s, turned(0, 3.0));
+    shape(&mut s, wall, quad(dvec3(-2.0, 0.0, -1.0), DVec3::X * 4.0, DVec3::Y * 3.0));
+    let metal = material(&mut s, Material::Conductor { eta: ramp(0.3, 1.2), k: ramp(2.0, 4.0), alpha: 0.3 });
+    let metal = material(&mut s, turned(metal, 1.0));
+    shape(&mut s, metal, ball(dvec3(-0.5, 0.45, 0.3), 0.4));
+    let flint = glass(&mut s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0);
+    let flint = material(&mut s, turned(flint, 0.5));
+    shape(&mut s, flint, ball(dvec3(0.5, 0.45, 0.3), 0.4));
+    lamp(&mut s, disc(dvec3(0.0, 2.2, 0.2), -DVec3::Y, 1.5), ramp(1.0, 2.0));
+    s.lights.push(Light::Constant { radiance: ramp(0.3, 0.2) });
+    s
+}

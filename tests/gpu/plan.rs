@@ -40,6 +40,7 @@ fn axes() -> [Vec<Value>; 5] {
                "shapes": [{"mesh": {"file": "square.obj", "smooth": true}, "material": "m"}]}),
         json!({"materials": {"m": {"diffuse": {"reflectance": {"texture": "sky.png"}}}},
                "shapes": [{"quad": {"corner": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}, "material": "m"}]}),
+        json!({"shapes": [{"gltf": {"file": "bumpy.gltf"}}]}),
         json!({"materials": {"m": {"mix": {"a": "wall", "b": "n", "weight": {"texture": "sky.png"}}}, "n": {"boundary": {}}},
                "shapes": [{"quad": {"corner": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}, "material": "m"}]}),
         json!({"media": {"cloud": {"sigma_s": 1}}, "materials": {"m": {"boundary": {"medium": "cloud"}}},

@@ -4,7 +4,7 @@ use crate::scene_with;
 use abbe::scene::texture::{ImageTexture, Wrap};
 use abbe::scene::{Geometry, LoadOptions, Material, Scene, Texture, load};
 use abbe::spectrum::upsample::color_of_reflectance;
-use glam::{DVec2, dvec2};
+use glam::{DVec2, DVec3, dvec2};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -277,4 +277,25 @@ fn gltf_materials_are_overridden_by_name() {
     assert!((luminance - 50.0).abs() < 1e-6, "{luminance}");
     let line = scene(r#"{"Gloss": {"use": "m"}}"#).unwrap_err().to_string();
     assert!(line.contains("no material \"Gloss\"; did you mean \"Glass\"?"), "{line}");
+}
+
+#[test]
+fn gltf_maps_of_normals_lean_to_the_right_and_up_the_picture() {
+    let folder = Folder::new("normals");
+    // Straight out but for the upper left quarter, which leans to the right and as far upwards.
+    let flat = [128, 128, 255, 255];
+    let picture = png(2, &[[218, 218, 128, 255], flat, flat, flat]);
+    let mut document = document(json!({"normalTexture": {"index": 1, "scale": 0.5}}));
+    document["images"][0]["uri"] = json!(format!("data:image/png;base64,{}", crate::gltf::base64(&picture)));
+    let scene = folder.gltf(&document).unwrap();
+    let Material::NormalMapped { base, normals } = &scene.materials[scene.shapes[0].material] else { panic!("no normals") };
+    assert!(matches!(scene.materials[*base], Material::Conductor { .. }));
+    let Geometry::Mesh(mesh) = &scene.shapes[0].geometry else { panic!("not a mesh") };
+    // The square lies in x and y, its picture upright; it looks along z.
+    let at = |u: f64, v: f64| mesh.mapped_normal(0, dvec2(u, v), DVec3::Z, DVec3::Z, normals);
+    assert!((at(0.75, 0.25) - DVec3::Z).length() < 0.01, "{}", at(0.75, 0.25));
+    // Before scaling (0.71, 0.71, 0.004), so that it all but lies down.
+    assert!(at(0.25, 0.25).abs_diff_eq(DVec3::new(0.5, 0.5, 0.0).normalize(), 0.01), "{}", at(0.25, 0.25));
+    let behind = mesh.mapped_normal(0, dvec2(0.75, 0.25), DVec3::NEG_Z, DVec3::Z, normals);
+    assert_eq!(behind, DVec3::Z, "a normal that would look inwards is not turned");
 }
