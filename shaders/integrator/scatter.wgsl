@@ -169,13 +169,12 @@ fn scatter_in_medium(ray: Ray, t: f32, m: Interior) -> Ray {
 #if DIFFUSE
 fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray {
     let cos_from = -dot(ray.d, ns);
-#if LIGHT_PATHS
+    // Seen or lit from behind its shading normal a surface is black, for both passes alike.
     if (cos_from <= 0.0) {
         return end_path(ray);
     }
-#endif
 #if GATHERED
-    gather_at_surface(ray, s.p, n, ns, abs(cos_from), m);
+    gather_at_surface(ray, s.p, n, ns, cos_from, m);
 #endif
     for (var k = 0u; k < LANES4; k++) {
         beta[k] *= color_of(m, k);
@@ -186,7 +185,7 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
     let lit = light.weight > 0.0 && cos_light > 0.0 && dot(n, light.wi) > 0.0;
     if (lit) {
         let pdf = cos_light * INV_PI;
-        let v = Vertex(s.p, abs(cos_from), cos_light, pdf, abs(cos_from) * INV_PI, false, 0.0);
+        let v = Vertex(s.p, cos_from, cos_light, pdf, cos_from * INV_PI, false, 0.0);
         let w = connection_weight(light, v) * pdf * adjoint_correction(ray.d, light.wi, n, ns);
         for (var k = 0u; k < LANES4; k++) {
             pending[k] = w * beta[k] * light_spectrum(light, k);
@@ -200,7 +199,7 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
     let d = normalize(frame_around(ns) * local);
     scale_beta(adjoint_correction(ray.d, d, n, ns));
     let survives = survives_roulette() && dot(n, d) > 0.0;
-    leave_vertex(Vertex(s.p, abs(cos_from), local.z, local.z * INV_PI, abs(cos_from) * INV_PI, false, 0.0));
+    leave_vertex(Vertex(s.p, cos_from, local.z, local.z * INV_PI, cos_from * INV_PI, false, 0.0));
     let next = next_segment(leave(s, d), d, s.primitive, s.p, local.z * INV_PI);
 #if CONNECT
     if (lit) {
