@@ -24,11 +24,11 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    let path = if args.name.extension().is_some_and(|e| e == "json") {
-        args.name.clone()
-    } else {
-        args.name.with_added_extension("json")
-    };
+    let mut path = args.name.clone().into_os_string();
+    if args.name.extension().is_none_or(|e| e != "json") {
+        path.push(".json");
+    }
+    let path = PathBuf::from(path);
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let failed = |e: std::io::Error| match e.kind() {
         ErrorKind::AlreadyExists => {
