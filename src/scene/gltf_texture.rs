@@ -106,7 +106,7 @@ impl<'a> Textures<'a> {
         let image = match wanted {
             Use::Reflectance(factors) => coloured(factors, Place::Share)?,
             Use::Light(factors) => coloured(factors, Place::Light)?,
-            Use::Normals(scale) => picture.vectors(|[x, y, z]| [x * scale, y * scale, z]),
+            Use::Normals(scale) => picture.normals(scale),
             Use::Channel(channel, factor) => {
                 picture.numbers(picture.pixels.iter().map(|p| (f64::from(p[channel]) * factor).clamp(0.0, 1.0)))
             }

@@ -25,18 +25,7 @@ impl Loader {
     pub(super) fn image_texture(&mut self, node: &Node, place: Place) -> Result<Option<Texture>> {
         let Some(file) = node.get("texture") else { return Ok(None) };
         node.object("texture")?;
-        let tiles: [f64; 2] = node.get("tiles").map_or(Ok([1.0; 2]), |n| n.numbers())?;
-        if let (Some(node), true) = (node.get("tiles"), tiles.iter().any(|t| !(1e-3..=1e3).contains(&t.abs()))) {
-            return Err(
-                node.fail("a picture is repeated 0.001 to 1000 times", "give two such numbers, negative ones to mirror it")
-            );
-        }
-        let wrap = match node.get("wrap").map(|n| n.choice(&["repeat", "mirror", "clamp"])).transpose()? {
-            Some("mirror") => Wrap::Mirror,
-            Some("clamp") => Wrap::Clamp,
-            _ => Wrap::Repeat,
-        };
-        let nearest = node.get("filter").map(|n| n.choice(&["linear", "nearest"])).transpose()? == Some("nearest");
+        let (to_image, wrap, nearest) = placing(node)?;
         let scale = match node.get("scale") {
             Some(n) if place == Place::Light => n.non_negative()?,
             Some(n) => n.within(0.0, 1.0)?,
@@ -58,10 +47,20 @@ impl Loader {
             image,
             wrap: [wrap; 2],
             nearest,
-            to_image: [[tiles[0], 0.0, 0.0], [0.0, tiles[1], 0.0]],
+            to_image,
             factor: white.scaled(scale),
             cutoff: None,
         }))))
+    }
+
+    /// The picture of normals of a `normal_map`: red to the right, green up the picture, blue outwards, a half standing for 0.
+    pub(super) fn normals(&mut self, node: &Node) -> Result<Arc<ImageTexture>> {
+        let file = node.need("texture")?;
+        let (to_image, wrap, nearest) = placing(node)?;
+        let strength = node.get("strength").map_or(Ok(1.0), |n| n.within(-100.0, 100.0))?;
+        let (_, bytes) = self.reader.files.read(&file)?;
+        let image = Arc::new(picture::decode(&bytes, &quoted(file.string()?), &file)?.normals(strength));
+        Ok(Arc::new(ImageTexture { image, wrap: [wrap; 2], nearest, to_image, factor: Spectrum::Constant(1.0), cutoff: None }))
     }
 
     fn image(&self, file: &Node, place: Place, as_it_is: bool) -> Result<Image> {
@@ -75,4 +74,19 @@ impl Loader {
         };
         picture.spectra(colours, place).ok_or_else(|| file.fail(format!("{name}: {problem}"), remedy))
     }
+}
+
+/// How the picture that `node` names lies on a surface: from the surface's coordinates to its own, what is beside it, and whether it has hard texels.
+fn placing(node: &Node) -> Result<([[f64; 3]; 2], Wrap, bool)> {
+    let tiles: [f64; 2] = node.get("tiles").map_or(Ok([1.0; 2]), |n| n.numbers())?;
+    if let (Some(node), true) = (node.get("tiles"), tiles.iter().any(|t| !(1e-3..=1e3).contains(&t.abs()))) {
+        return Err(node.fail("a picture is repeated 0.001 to 1000 times", "give two such numbers, negative ones to mirror it"));
+    }
+    let wrap = match node.get("wrap").map(|n| n.choice(&["repeat", "mirror", "clamp"])).transpose()? {
+        Some("mirror") => Wrap::Mirror,
+        Some("clamp") => Wrap::Clamp,
+        _ => Wrap::Repeat,
+    };
+    let nearest = node.get("filter").map(|n| n.choice(&["linear", "nearest"])).transpose()? == Some("nearest");
+    Ok(([[tiles[0], 0.0, 0.0], [0.0, tiles[1], 0.0]], wrap, nearest))
 }

@@ -39,6 +39,7 @@ pub const KEYS: &[(&str, &[&str])] = &[
     ("conductor", &["metal", "eta", "k", "alpha"]),
     ("mix", &["a", "b", "weight"]),
     ("boundary", &["medium", "ior", "priority"]),
+    ("normal_map", &["of", "texture", "tiles", "wrap", "filter", "strength"]),
     (
         "shape",
         &[
@@ -65,7 +66,7 @@ pub const KEYS: &[(&str, &[&str])] = &[
     ("prism", &["polygon", "length"]),
     ("mesh", &["file", "smooth"]),
     ("gltf", &["file", "override"]),
-    ("override", &["diffuse", "dielectric", "thin_dielectric", "conductor", "mix", "boundary", "use", "emission"]),
+    ("override", &["diffuse", "dielectric", "thin_dielectric", "conductor", "mix", "boundary", "normal_map", "use", "emission"]),
     ("emission", &["radiance", "two_sided"]),
     ("transform", &["scale", "axis", "rotate_deg", "translate", "matrix"]),
     ("light", LIGHTS),
@@ -99,7 +100,7 @@ pub const KEYS: &[(&str, &[&str])] = &[
 /// Kinds of sensor.
 pub const SENSORS: &[&str] = &["perspective", "orthographic", "irradiance_plane", "irradiance_sphere"];
 /// Kinds of material.
-pub const MATERIALS: &[&str] = &["diffuse", "dielectric", "thin_dielectric", "conductor", "mix", "boundary"];
+pub const MATERIALS: &[&str] = &["diffuse", "dielectric", "thin_dielectric", "conductor", "mix", "boundary", "normal_map"];
 /// Kinds of geometry.
 pub const GEOMETRIES: &[&str] = &["sphere", "disc", "cylinder", "quad", "box", "prism", "mesh", "gltf", "instance"];
 /// Kinds of light that are not shapes.

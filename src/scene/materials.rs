@@ -108,6 +108,9 @@ impl Materials {
                 b: loader.material_index(&inner.need("b")?)?,
                 weight: loader.share(&inner.need("weight")?)?,
             },
+            "normal_map" => {
+                Material::NormalMapped { base: loader.material_index(&inner.need("of")?)?, normals: loader.normals(&inner)? }
+            }
             _ => Material::Boundary { interior: self.boundary(loader, name, &inner)? },
         })
     }
@@ -228,12 +231,13 @@ fn note_extrapolation(loader: &mut Loader, name: &str, ior: &Ior) {
     }
 }
 
-/// A mix that contains itself, or is nested too deeply, is an error.
+/// A mix or map of normals that contains itself, or is nested too deeply, is an error.
 fn check_mix(materials: &[Material], index: usize, depth: usize) -> std::result::Result<(), String> {
     if depth > DEEPEST_MIX {
-        return Err(format!("mixes contain each other, or are nested more than {DEEPEST_MIX} deep"));
+        return Err(format!("materials contain each other, or are nested more than {DEEPEST_MIX} deep"));
     }
     match &materials[index] {
+        Material::NormalMapped { base, .. } => check_mix(materials, *base, depth + 1),
         Material::Mix { a, b, .. } => [a, b].into_iter().try_for_each(|&part| check_mix(materials, part, depth + 1)),
         _ => Ok(()),
     }

@@ -83,11 +83,11 @@ impl Picture {
         Some(Image { width: self.width, height: self.height, texels })
     }
 
-    /// The picture of vectors that its colours stand for, from -1 to 1, as `change` makes them.
-    pub(super) fn vectors(&self, change: impl Fn([f64; 3]) -> [f64; 3]) -> Image {
+    /// The picture of the normals in tangent space that its colours stand for, x and y times `strength`.
+    pub(super) fn normals(&self, strength: f64) -> Image {
         let texel = |p: &[f32; 4]| {
-            let [x, y, z] = change([p[0], p[1], p[2]].map(|v| 2.0 * f64::from(v) - 1.0));
-            [x as f32, y as f32, z as f32, 0.0]
+            let [x, y, z] = [p[0], p[1], p[2]].map(|v| 2.0 * f64::from(v) - 1.0);
+            [(x * strength) as f32, (y * strength) as f32, z as f32, 0.0]
         };
         Image { width: self.width, height: self.height, texels: self.pixels.iter().map(texel).collect() }
     }

@@ -226,7 +226,7 @@ const CASES: &[(&str, &str, &str, &str)] = &[
     ("materials", r#"{"m": {"conductor": {"metal": "Unobtainium"}}}"#, "$.materials.m.conductor.metal", "unknown metal"),
     ("materials", r#"{"m": {"conductor": {"eta": 1}}}"#, "$.materials.m.conductor", "\"eta\" and \"k\""),
     ("materials", r#"{"m": {"conductor": {"metal": "Al", "k": 3}}}"#, "$.materials.m.conductor.k", "keep either"),
-    ("materials", r#"{"m": {"mix": {"a": "m", "b": "m", "weight": 0.5}}}"#, "$.materials.m", "mixes contain each other"),
+    ("materials", r#"{"m": {"mix": {"a": "m", "b": "m", "weight": 0.5}}}"#, "$.materials.m", "materials contain each other"),
     ("materials", r#"{"m": {"mix": {"a": "n", "b": "m", "weight": 0.5}}}"#, "$.materials.m.mix.a", "unknown material"),
     ("materials", r#"{"m": {"boundary": {"priority": 3}}}"#, "$.materials.m.boundary.priority", "add \"medium\""),
     ("shapes", "{}", "$.shapes", "expected an array"),

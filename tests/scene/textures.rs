@@ -299,3 +299,22 @@ fn gltf_maps_of_normals_lean_to_the_right_and_up_the_picture() {
     let behind = mesh.mapped_normal(0, dvec2(0.75, 0.25), DVec3::NEG_Z, DVec3::Z, normals);
     assert_eq!(behind, DVec3::Z, "a normal that would look inwards is not turned");
 }
+
+#[test]
+fn scenes_put_maps_of_normals_on_their_own_materials() {
+    let folder = Folder::new("own-normals");
+    folder.write("n.png", &png(1, &[[255, 128, 255, 255]]));
+    let scene = |materials: &str| {
+        let text = scene_with("materials", materials);
+        folder.scene(&text.replace(r#"[{"sphere": {"center": [0, 0, 0], "radius": 1}, "material": "m"}]"#, QUAD))
+    };
+    let good = scene(
+        r#"{"m": {"normal_map": {"of": "p", "texture": "n.png", "strength": 0.5}}, "p": {"diffuse": {"reflectance": 0.5}}}"#,
+    );
+    let good = good.unwrap();
+    let Material::NormalMapped { base: 1, normals } = &good.materials[0] else { panic!("no normals of p") };
+    let [x, y, z] = normals.vector(dvec2(0.3, 0.3));
+    assert!((x - 0.5).abs() < 1e-6 && y.abs() < 0.01 && (z - 1.0).abs() < 1e-6, "{x} {y} {z}");
+    let line = scene(r#"{"m": {"normal_map": {"of": "m", "texture": "n.png"}}}"#).unwrap_err().to_string();
+    assert!(line.contains("contain each other"), "{line}");
+}
