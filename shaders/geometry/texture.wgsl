@@ -34,7 +34,10 @@ fn wrap_texel(i: i32, size: i32, mode: u32) -> u32 {
 }
 
 struct Filtered {
-    texels: array<vec4f, 4>,
+    c00: vec4f,
+    c10: vec4f,
+    c01: vec4f,
+    c11: vec4f,
     weights: vec4f,
     x_row: u32,
     factor_row: u32,
@@ -56,10 +59,10 @@ fn filter_texels(index: u32, primitive: u32, p: vec3f) -> Filtered {
     let columns = vec2u(wrap_texel(first.x, size.x, modes.x), wrap_texel(first.x + 1, size.x, modes.x));
     let rows = t.first_texel + t.width * vec2u(wrap_texel(first.y, size.y, modes.y), wrap_texel(first.y + 1, size.y, modes.y));
     var f: Filtered;
-    f.texels[0] = bitcast<vec4f>(fetch(textures, rows.x + columns.x));
-    f.texels[1] = bitcast<vec4f>(fetch(textures, rows.x + columns.y));
-    f.texels[2] = bitcast<vec4f>(fetch(textures, rows.y + columns.x));
-    f.texels[3] = bitcast<vec4f>(fetch(textures, rows.y + columns.y));
+    f.c00 = bitcast<vec4f>(fetch(textures, rows.x + columns.x));
+    f.c10 = bitcast<vec4f>(fetch(textures, rows.x + columns.y));
+    f.c01 = bitcast<vec4f>(fetch(textures, rows.y + columns.x));
+    f.c11 = bitcast<vec4f>(fetch(textures, rows.y + columns.y));
     f.weights = vec4f((1.0 - s.x) * (1.0 - s.y), s.x * (1.0 - s.y), (1.0 - s.x) * s.y, s.x * s.y);
     f.x_row = t.x_row;
     f.factor_row = t.factor_row;
@@ -68,14 +71,16 @@ fn filter_texels(index: u32, primitive: u32, p: vec3f) -> Filtered {
     return f;
 }
 
+// A texel's spectrum at the upsampling coordinates `x`.
+fn texel_spectrum(c: vec4f, x: vec4f) -> vec4f {
+    let t = (c.x * x + c.y) * x + c.z;
+    return c.w * (0.5 + 0.5 * t * inverseSqrt(1.0 + t * t));
+}
+
 fn filtered_spectrum(f: Filtered, k: u32) -> vec4f {
     let x = spectrum(f.x_row, k);
-    var sum = vec4f(0.0);
-    for (var i = 0u; i < 4u; i++) {
-        let c = f.texels[i];
-        let t = (c.x * x + c.y) * x + c.z;
-        sum += f.weights[i] * c.w * (0.5 + 0.5 * t * inverseSqrt(1.0 + t * t));
-    }
+    var sum = f.weights.x * texel_spectrum(f.c00, x) + f.weights.y * texel_spectrum(f.c10, x)
+        + f.weights.z * texel_spectrum(f.c01, x) + f.weights.w * texel_spectrum(f.c11, x);
     sum = select(sum, select(vec4f(0.0), vec4f(1.0), sum >= vec4f(f.cutoff)), f.has_cutoff);
     return sum * spectrum(f.factor_row, k);
 }
@@ -84,7 +89,7 @@ fn filtered_spectrum(f: Filtered, k: u32) -> vec4f {
 // The shading normal of `s`, on the outer side, turned by a picture of normals (the model: Mesh::mapped_normal in src/scene/mod.rs).
 fn mapped_normal(index: u32, s: Surface) -> vec3f {
     let f = filter_texels(index, s.primitive, s.p);
-    let n = f.weights.x * f.texels[0].xyz + f.weights.y * f.texels[1].xyz + f.weights.z * f.texels[2].xyz + f.weights.w * f.texels[3].xyz;
+    let n = f.weights.x * f.c00.xyz + f.weights.y * f.c10.xyz + f.weights.z * f.c01.xyz + f.weights.w * f.c11.xyz;
     let p0 = primitive_row(3u * s.primitive).xyz;
     let e1 = primitive_row(3u * s.primitive + 1u).xyz - p0;
     let e2 = primitive_row(3u * s.primitive + 2u).xyz - p0;

@@ -3,9 +3,9 @@
 //! A texel is four numbers: the coefficients of a sigmoid ([`crate::spectrum::upsample::sigmoid`]) and a factor. Between texels it is the spectra that
 //! are interpolated, not their coefficients, so that what is seen from afar is the mean of what is seen from near.
 
-use super::{Material, Scene};
+use super::{Material, Mesh, Scene};
 use crate::spectrum::{Spectrum, upsample};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -180,6 +180,35 @@ impl Wrap {
 
 fn eval_texel(&[c0, c1, c2, scale]: &[f32; 4], nm: f64) -> f64 {
     f64::from(scale) * upsample::sigmoid(&[f64::from(c0), f64::from(c1), f64::from(c2)], nm)
+}
+
+impl Mesh {
+    /// Texture coordinates at the barycentric coordinates of the second and third corner of triangle `t`; (0, 0) without any.
+    pub fn uv(&self, t: usize, [b, c]: [f64; 2]) -> DVec2 {
+        match self.uvs.as_slice() {
+            [] => DVec2::ZERO,
+            uvs => {
+                let [p, q, r] = self.triangles[t].map(|v| uvs[v as usize]);
+                p * (1.0 - b - c) + q * b + r * c
+            }
+        }
+    }
+
+    /// The unit shading normal `ns` (on the outer side) turned as `normals` says at the coordinates `uv` of triangle `t`, whose outer normal is `ng`. The tangent is
+    /// that of the triangle, made perpendicular to `ns`. A normal that would look inwards is not turned.
+    pub fn mapped_normal(&self, t: usize, uv: DVec2, ng: DVec3, ns: DVec3, normals: &ImageTexture) -> DVec3 {
+        let [p, q, r] = self.triangles[t].map(|v| self.positions[v as usize]);
+        let [a, b, c] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|corner| self.uv(t, corner));
+        let (e1, e2, d1, d2) = (q - p, r - p, b - a, c - a);
+        let side = d1.perp_dot(d2).signum();
+        let (along_u, along_v) = ((e1 * d2.y - e2 * d1.y) * side, (e2 * d1.x - e1 * d2.x) * side);
+        let tangent = (along_u - ns * ns.dot(along_u)).normalize_or_zero();
+        let up = ns.cross(tangent);
+        let up = if up.dot(along_v) > 0.0 { -up } else { up };
+        let [x, y, z] = normals.vector(uv);
+        let turned = (tangent * x + up * y + ns * z).normalize_or_zero();
+        if tangent != DVec3::ZERO && turned.dot(ng) > 0.0 { turned } else { ns }
+    }
 }
 
 /// Bytes of all pictures on a scene's surfaces, each counted once.
