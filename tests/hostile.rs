@@ -123,6 +123,9 @@ fn no_input_panics_hangs_or_asks_for_memory_that_its_size_does_not_explain() {
         let mut bytes = std::fs::read(project(file)).expect("a file that ships");
         let name = Path::new(file).file_name().expect("a name").to_string_lossy().into_owned();
         mutate(&mut bytes, &mut random);
+        if i > 0 && i % 100_000 == 0 {
+            println!("{i} inputs so far");
+        }
         let start = Instant::now();
         if watched(*kind, &bytes, &folder, &name, &format!("input-{i}")) {
             accepted.fetch_add(1, Ordering::Relaxed);

@@ -139,7 +139,11 @@ fn add(loader: &mut Loader, path: &Path, bytes: &[u8], world: DMat4, overrides: 
             let mesh = item(&root, "meshes", &mesh)?;
             for primitive in mesh.need("primitives")?.array(1)? {
                 let mut look = look(loader, &root, &primitive, &mut textures, &mut looks)?;
-                let Some(part) = triangles(loader, &asset, &root, &primitive, look.uv_set)? else { continue };
+                let Some(mut part) = triangles(loader, &asset, &root, &primitive, look.uv_set)? else { continue };
+                if part.uvs.is_empty() && loader.has_image(look.material, look.emission.as_ref()) {
+                    loader.note(format!("{}: a textured mesh without texture coordinates shows one texel", path.display()));
+                    part.uvs = vec![DVec2::ZERO; part.positions.len()];
+                }
                 let geometry = Geometry::Mesh(Arc::new(part));
                 let (geometry, dropped) =
                     transform::apply(&placed.world, &geometry).map_err(|(problem, remedy)| primitive.fail(problem, remedy))?;

@@ -114,8 +114,7 @@ impl Loader {
                 ));
             }
         }
-        let emission = shape.emission.as_ref().is_some_and(|e| e.radiance.image().is_some());
-        if emission || self.has_image(shape.material) {
+        if self.has_image(shape.material, shape.emission.as_ref()) {
             mesh::check_uvs(&shape.geometry).map_err(|(problem, remedy)| node.fail(problem, remedy))?;
         }
         if let (Geometry::Mesh(mesh), Material::Dielectric { .. } | Material::Boundary { interior: Some(_) }) =
@@ -131,12 +130,16 @@ impl Loader {
         Ok(())
     }
 
-    /// Is there a picture in this material?
-    fn has_image(&self, material: usize) -> bool {
+    /// Is there a picture in this material or emission?
+    pub(super) fn has_image(&self, material: usize, emission: Option<&Emission>) -> bool {
+        emission.is_some_and(|e| e.radiance.image().is_some()) || self.is_pictured(material)
+    }
+
+    fn is_pictured(&self, material: usize) -> bool {
         match &self.scene.materials[material] {
             Material::Diffuse { reflectance } => reflectance.image().is_some(),
             Material::NormalMapped { .. } => true,
-            Material::Mix { a, b, weight } => weight.image().is_some() || self.has_image(*a) || self.has_image(*b),
+            Material::Mix { a, b, weight } => weight.image().is_some() || self.is_pictured(*a) || self.is_pictured(*b),
             _ => false,
         }
     }
