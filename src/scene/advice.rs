@@ -60,8 +60,11 @@ fn solid(scene: &Scene, interior: usize, out: &mut Vec<String>) {
     let parts: Vec<&Shape> = scene.shapes.iter().filter(|s| interior_of(scene, s.material) == Some(interior)).collect();
     let is_disc =
         |at: DVec3| parts.iter().any(|s| matches!(&s.geometry, Geometry::Disc { center, .. } if center.distance(at) < 1e-6));
-    // Edges by the places of their ends: how often they are passed one way and the other.
-    let mut edges: HashMap<[[u64; 3]; 2], [u32; 2]> = HashMap::new();
+    // Edges by the places of their ends, of which those within rounding (in seams, of single precision) are one: how often they are passed one way and
+    // the other.
+    let mut edges: HashMap<[[i64; 3]; 2], [u32; 2]> = HashMap::new();
+    let size = parts.iter().fold(Bounds::EMPTY, |b, s| b.union(bounds(&s.geometry)));
+    let grain = (1e-6 * (size.max - size.min).length()).max(f64::MIN_POSITIVE);
     let (mut area, mut sum) = (0.0, DVec3::ZERO);
     for shape in &parts {
         match &shape.geometry {
@@ -70,9 +73,12 @@ fn solid(scene: &Scene, interior: usize, out: &mut Vec<String>) {
                     let c = corners(mesh, t);
                     let normal = (c[1] - c[0]).cross(c[2] - c[0]);
                     (area, sum) = (area + normal.length(), sum + normal);
-                    let ends = c.map(|p| (p + 0.0).to_array().map(f64::to_bits)); // + 0 makes -0 the same place
+                    let ends = c.map(|p| ((p - size.min) / grain).to_array().map(|v| v.round() as i64));
                     for i in 0..3 {
                         let (a, b) = (ends[i], ends[(i + 1) % 3]);
+                        if a == b {
+                            continue;
+                        }
                         let way = usize::from(a > b);
                         edges.entry([a.min(b), a.max(b)]).or_default()[way] += 1;
                     }
