@@ -164,7 +164,7 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
     index = resolve_mixture(index, false);
 #endif
 #if CONTACT
-    leaving_contact = hit.contact;
+    leaving_contact = left_with(ray, s, hit);
     if (hit.contact != NONE && material_at(index).interior != NONE) {
         // An opaque surface that touches a volume's is what is seen there.
         let other = material_of(hit.contact);
@@ -213,7 +213,7 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
         var m = material_at(index);
         let s = surface_at(ray, hit);
 #if CONTACT
-        leaving_contact = hit.contact;
+        leaving_contact = left_with(ray, s, hit);
         if (hit.contact != NONE && is_opaque(material_at(material_of(hit.contact)).kind)) {
             m.kind = MATERIAL_KIND_DIFFUSE;
             m.interior = NONE;
