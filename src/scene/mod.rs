@@ -23,6 +23,7 @@ mod units;
 
 pub(crate) use json::{quoted, suggest};
 pub use load::{LoadOptions, load, load_str};
+pub(crate) use mesh::read as read_mesh;
 
 use crate::spectrum::{Ior, Spectrum};
 use glam::{DMat3, DVec3};
