@@ -24,8 +24,8 @@ use std::time::{Duration, Instant};
 
 /// Passes of one dispatch: so many samples does an invocation of the camera pass take one after the other.
 const PASSES_PER_DISPATCH: u32 = 16;
-/// Passes whose sums single precision may hold: a sum of this many alike is off by some 2e-6.
-const PASSES_PER_SUM: u32 = 1024;
+/// Passes whose sums single precision may hold: a sum of this many alike, one by one, is off by some 2e-6.
+const PASSES_PER_SUM: u32 = 64;
 /// Bytes for the samples of a dispatch on their way to the film.
 const SAMPLE_BYTES: u64 = 64 << 20;
 /// Samples of all pixels together that a probe takes.
