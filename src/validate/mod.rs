@@ -190,9 +190,9 @@ impl Row {
         let worst = figures.iter().copied().max_by(|a, b| share(a).total_cmp(&share(b)));
         let worst = worst.unwrap_or(Figure { mean: f64::NAN, error: f64::NAN, dof: 1.0 });
         let greatest_sigma = figures.iter().map(|f| f.error).fold(0.0, f64::max);
-        let verdict = if !(share(&worst) <= 1.0) {
+        let verdict = if share(&worst) > 1.0 {
             Verdict::Failed
-        } else if !(greatest_sigma <= self.largest_sigma) {
+        } else if greatest_sigma > self.largest_sigma {
             Verdict::TooNoisy
         } else {
             Verdict::Passed

@@ -121,7 +121,7 @@ fn fresnel_reflectance_is_that_of_inputs_a_few_units_away() {
         };
         backward_error(r[0], exact, [c, eta], [1.0, eta])
     });
-    held("fresnel", &inputs, errors, 8.0);
+    held("fresnel", &inputs, errors, 4.0);
 }
 
 #[test]
@@ -140,7 +140,7 @@ fn reflectance_of_metals_is_that_of_inputs_a_few_units_away() {
         let [c, eta, k] = [v.x, v.y, v.z].map(f64::from);
         backward_error(r[0], |[c, eta, k]| fresnel::conductor(c.clamp(0.0, 1.0), eta, k), [c, eta, k], [1.0, eta, k])
     });
-    held("metal", &inputs, errors, 32.0);
+    held("metal", &inputs, errors, 8.0);
 }
 
 #[test]
@@ -292,7 +292,7 @@ fn triangles_are_met_where_they_are_or_a_few_units_away() {
             let rim = |p: DVec3| edges.map(|(a, b)| from_segment(p, a, b)).into_iter().fold(f64::INFINITY, f64::min);
             let inside = |p: DVec3| edges.iter().all(|(a, b)| (*b - *a).cross(p - *a).dot(n) >= 0.0);
             // Distance across the ray: the rim as the ray sees it is nearer by the cosine.
-            if !(facing > 1e-3) {
+            if facing.is_nan() || facing <= 1e-3 {
                 return 0.0;
             }
             let exact = o + d * t;
@@ -308,7 +308,7 @@ fn triangles_are_met_where_they_are_or_a_few_units_away() {
         })
         .collect();
     assert!(hits * 4 > errors.len(), "{hits} of {}", errors.len());
-    held("triangle", &inputs, errors.into_iter(), 32.0);
+    held("triangle", &inputs, errors.into_iter(), 8.0);
 }
 
 #[test]

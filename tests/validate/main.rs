@@ -1,4 +1,14 @@
 //! Every case of `abbe validate`, at the least budget that tells something.
+//!
+//! All have been seen to fail. With Sellmeier's constant term off by 2e-5 (or its resonances by 2 %, for V_d), the error of Cauchy fits by 20 %,
+//! KHR_materials_dispersion's 523655 by 1000, refracted directions by 0.1 % of the index, reflectance by 3 % (20 % at normal incidence) and 0.98
+//! in place of total reflection, radiance behind glass by 2 %, the radius of cylinders by 2 %, the normals of spheres by as much along x, the phase
+//! function by 4 %, diffuse reflectance by 2 %, wavelengths by 0.3 nm, kept wavelengths weighted by 1 + 4 / N, no ray longer than 15 km, geometry not
+//! moved to the origin, and another seed each time, all but ten cases failed; those, and the cube and the fibre, did with bins off by 3e-5, every
+//! other sample the same, reflected rays starting 1e-4 m off the surface, mirrors by 1 %, radiance behind glass by half, and temperatures by
+//! 0.2 %. Lamp and sensor change places with another flux where radiance behind glass is off by half in the camera pass alone.
+
+mod random;
 
 use abbe::Error;
 use abbe::integrator::GpuIntegrator;

@@ -154,7 +154,7 @@ fn mesh_refinement() -> Case {
     };
     Case {
         id: "mesh-refinement",
-        title: "caustic of a tessellated ball against that of the ball: order in the size of the facets; with smooth normals, the flux",
+        title: "caustic of a tessellated ball against that of the ball: order in the size of the facets; with smooth normals, its spread",
         views: vec![
             view(|_| {}, 1),
             view(tessellate::<12, false>, 2),
@@ -163,7 +163,8 @@ fn mesh_refinement() -> Case {
         ],
         rows: vec![
             Row::new("mesh-refinement/order", 2.0, 0.1, move |f: &[Film]| order(f, 1, 2)).floor(0.2),
-            Row::new("mesh-refinement/smooth-flux", 1.0, 2e-3, |f: &[Film]| vec![f[3].mean_of(0) / f[0].mean_of(0)]).floor(2e-3),
+            Row::new("mesh-refinement/smooth-normals", 1.0, 2e-3, move |f: &[Film]| vec![spread(&f[3]) / spread(&f[0])])
+                .floor(5e-3),
         ],
     }
 }
@@ -242,7 +243,7 @@ fn gathering_convergence() -> Case {
     };
     let truth = |seed| View { seed, scales: false, techniques: plain, ..View::new(scene.clone(), 256) };
     let row = Row::new("convergence/gathering", -2.0 / 3.0, 0.08, |f: &[Film]| {
-        // Against two pictures of the truth, whose own errors differ: neither adds to the product.
+        // Net of the variance of the truth, by its two pictures.
         let mse = |i: usize| squared_difference(&f[i], &f[3]) - 0.5 * squared_difference(&f[3], &f[4]);
         vec![slope(&[0, 1, 2].map(|i| (f64::from(SAMPLES[i]), mse(i))))]
     });
