@@ -84,7 +84,7 @@ fn room(s: f64, by: f64) -> Value {
 
 fn scale() -> Case {
     // The same seed: the same paths, but for rounding.
-    let views = [(1.0, 0.0), (1e-3, 0.0), (1e4, 0.0), (1.0, 1e5)].map(|(s, by)| View::new(room(s, by), 16));
+    let views = [(1.0, 0.0), (1e-3, 0.0), (1e4, 0.0), (1.0, 1e5)].map(|(s, by)| View::new(room(s, by), 32));
     let row = |name: &str, i: usize| {
         Row::new(format!("scale/{name}"), 1.0, 1e-2, move |f: &[Film]| {
             blocks(&f[i], 4, 1.0).iter().zip(blocks(&f[0], 4, 1.0)).map(|(a, b)| a / b).collect()
