@@ -72,6 +72,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
     var sample = params.first_sample;
     let end = params.first_sample + params.samples;
     var rays = 0u;
+    mark_unfinished(first_slot);
 #if GATHERED
     // Points outlive the dispatch.
     point_slot = ((params.first_block + group.x) * 64u + local) * params.samples;
@@ -108,4 +109,8 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
 #if COUNTED
     report_counts();
 #endif
+    // Where the driver has ended the loop.
+    if (sample < end) {
+        atomicAdd(&counters[COUNTER_UNFINISHED], end - sample);
+    }
 }

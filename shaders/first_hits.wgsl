@@ -70,7 +70,7 @@ fn first_hit(start: Ray) -> FirstHit {
         }
 #endif
 #if CONTACT
-        leaving_contact = hit.contact;
+        leaving_contact = left_with(ray, s, hit);
 #endif
         if (is_there) {
             let side = select(1.0, -1.0, dot(s.n, ray.d) > 0.0);

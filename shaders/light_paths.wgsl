@@ -65,4 +65,8 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
 #if COUNTED
     report_counts();
 #endif
+    // Where the driver has ended the loop.
+    if (sample < end) {
+        atomicAdd(&counters[COUNTER_UNFINISHED], end - sample);
+    }
 }

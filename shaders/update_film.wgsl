@@ -31,6 +31,9 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
     for (var i = 0u; i < params.samples; i++) {
         let slot = ((group.x * 64u + local) * params.samples + i) * LANES4;
         pass_base = i * params.spectra_stride;
+        if (samples[slot].x == UNFINISHED) {
+            continue;
+        }
         var all = vec4f(0.0);
         var least = vec4f(0.0);
         for (var k = 0u; k < LANES4; k++) {
@@ -44,6 +47,11 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
         }
         if (min(min(least.x, least.y), min(least.z, least.w)) < 0.0) {
             atomicAdd(&counters[COUNTER_NEGATIVE], 1u);
+            continue;
+        }
+        // Finite, but sums of such samples would not be.
+        if (sum4(all) > LARGEST_SAMPLE) {
+            atomicAdd(&counters[COUNTER_SATURATED], 1u);
             continue;
         }
         for (var k = 0u; k < LANES4; k++) {

@@ -17,5 +17,6 @@ pub mod reference;
 pub mod render;
 pub mod scene;
 pub mod spectrum;
+pub mod validate;
 
 pub use error::{Error, Result};

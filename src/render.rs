@@ -16,6 +16,13 @@ pub trait Integrator {
     fn render_batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats>;
 }
 
+impl BatchStats {
+    /// Samples and splats that are missing from the film, whatever the cause.
+    pub fn dropped(&self) -> u64 {
+        self.dropped_not_finite + self.dropped_negative + self.dropped_saturated + self.unfinished
+    }
+}
+
 /// An integrator that also says what is seen first.
 pub trait Renderer: Integrator {
     /// What the scene needed and what was found out about it, of several lines; all of it after the first batch.
@@ -37,10 +44,12 @@ pub struct BatchStats {
     pub dropped_not_finite: u64,
     /// Samples dropped because a value was negative.
     pub dropped_negative: u64,
-    /// Splats dropped because the fixed-point film could not hold them.
+    /// Samples and splats dropped, or sums cut, because they are too large for the film.
     pub dropped_saturated: u64,
     /// Paths cut at the greatest depth.
     pub truncated: u64,
+    /// Samples lost because a driver ended the shader's loops: software drivers bound their turns.
+    pub unfinished: u64,
     /// Of `rays`, those of the GPU's camera pass.
     pub camera_rays: u64,
     /// Time that the GPU's camera pass took, from each submission to its completion.
@@ -80,6 +89,7 @@ impl std::ops::AddAssign for BatchStats {
         self.dropped_negative += b.dropped_negative;
         self.dropped_saturated += b.dropped_saturated;
         self.truncated += b.truncated;
+        self.unfinished += b.unfinished;
         self.camera_rays += b.camera_rays;
         self.camera_time += b.camera_time;
         self.light_time += b.light_time;

@@ -61,6 +61,7 @@ fn provenance() -> Provenance {
             dropped_not_finite: 3,
             dropped_negative: 4,
             dropped_saturated: 6,
+            unfinished: 7,
             truncated: 5,
             ..BatchStats::default()
         },
@@ -150,6 +151,7 @@ fn the_header_says_where_the_picture_comes_from() {
         ("abbe.droppedNotFinite", "3"),
         ("abbe.droppedNegative", "4"),
         ("abbe.droppedSaturated", "6"),
+        ("abbe.droppedUnfinished", "7"),
         ("abbe.truncated", "5"),
     ] {
         assert_eq!(image.attribute(name), Some(value), "{name}");

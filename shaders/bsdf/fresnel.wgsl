@@ -6,6 +6,11 @@ fn cos_transmitted_squared(cos_i: f32, eta: vec4f) -> vec4f {
     return ((eta - 1.0) * (eta + 1.0) + cos_i * cos_i) / (eta * eta);
 }
 
+// Direction of `d` behind a boundary with normal `n` towards it; `cos_t2` as above.
+fn refracted_direction(d: vec3f, n: vec3f, cos_i: f32, eta: f32, cos_t2: f32) -> vec3f {
+    return normalize(d / eta + (cos_i / eta - sqrt(max(cos_t2, 0.0))) * n);
+}
+
 // Reflectance of a smooth dielectric boundary for cos_i >= 0.
 fn fresnel_dielectric(cos_i: f32, eta: vec4f) -> vec4f {
     let c2 = cos_transmitted_squared(cos_i, eta);
@@ -26,19 +31,24 @@ fn refracted_radiance(eta: vec4f) -> vec4f {
 }
 
 #if CONDUCTOR
-// Reflectance of a metal of relative index eta + i k (Born & Wolf 14.2; in the form of Lagarde 2013).
+// Reflectance of a metal of relative index eta + i k (Born & Wolf 14.2; Lagarde 2013, with a^2 + b^2 + c^2 - 2 a c as (a - c)^2 + b^2 and the like,
+// so that digits do not cancel where little is reflected).
 fn fresnel_conductor(cos_i: f32, eta: vec4f, k: vec4f) -> vec4f {
     let c2 = cos_i * cos_i;
     let s2 = 1.0 - c2;
+    let tiny = vec4f(1e-30);
     let t0 = eta * eta - k * k - s2;
-    let a2_b2 = sqrt(t0 * t0 + 4.0 * eta * eta * k * k);
-    let a = sqrt(max(0.5 * (a2_b2 + t0), vec4f(0.0)));
-    let t1 = a2_b2 + c2;
-    let t2 = 2.0 * cos_i * a;
-    let rs = (t1 - t2) / (t1 + t2);
-    let t3 = c2 * a2_b2 + s2 * s2;
-    let t4 = t2 * s2;
-    let rp = rs * (t3 - t4) / (t3 + t4);
+    let t1 = 2.0 * eta * eta * k * k;
+    let sum = sqrt(t0 * t0 + 2.0 * t1); // a^2 + b^2
+    let a2 = select(0.5 * (sum + t0), t1 / max(sum - t0, tiny), t0 < vec4f(0.0));
+    let b2 = select(0.5 * (sum - t0), t1 / max(sum + t0, tiny), t0 > vec4f(0.0));
+    let a = sqrt(a2);
+    let minus = a - cos_i;
+    let plus = a + cos_i;
+    let rs = (minus * minus + b2) / max(plus * plus + b2, tiny);
+    let minus_p = cos_i * a - s2;
+    let plus_p = cos_i * a + s2;
+    let rp = rs * (minus_p * minus_p + c2 * b2) / max(plus_p * plus_p + c2 * b2, tiny);
     return 0.5 * (rs + rp);
 }
 

@@ -28,6 +28,11 @@ struct Hit {
 }
 
 #if CONTACT
+// The same place on the primitive in contact, within it.
+fn at_contact(hit: Hit) -> Hit {
+    return Hit(hit.t, hit.contact, vec2f(1.0 / 3.0), NONE);
+}
+
 var<private> leaving_contact: u32; // the primitive in contact with the one that the ray at hand leaves, or NONE
 #endif
 

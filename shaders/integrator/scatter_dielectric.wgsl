@@ -117,7 +117,7 @@ fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, sides: Sides) -> Ray
 #endif
     let eta = spectrum_at(far.eta_row, lane) / spectrum_at(near.eta_row, lane);
     let cos_t2 = cos_transmitted_squared(cos_i, vec4f(eta)).x;
-    let d = normalize(ray.d / eta + (cos_i / eta - sqrt(max(cos_t2, 0.0))) * ns);
+    let d = refracted_direction(ray.d, ns, cos_i, eta, cos_t2);
     inside = beyond;
     let refracted = refracted_radiance(vec4f(eta)).x;
     path.start *= refracted; // undone where the path leaves the glass again: roulette must not see it

@@ -186,7 +186,7 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
     index = resolve_material(index, &s, false);
 #endif
 #if CONTACT
-    leaving_contact = hit.contact;
+    leaving_contact = left_with(ray, s, hit);
     if (hit.contact != NONE && material_at(index).interior != NONE) {
         // An opaque surface that touches a volume's is what is seen there.
         let other = material_of(hit.contact);
@@ -240,7 +240,7 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
 #endif
         var m = material_at(index);
 #if CONTACT
-        leaving_contact = hit.contact;
+        leaving_contact = left_with(ray, s, hit);
         if (hit.contact != NONE && is_opaque(material_at(material_of(hit.contact)).kind)) {
             m.kind = MATERIAL_KIND_DIFFUSE;
             m.interior = NONE;

@@ -30,8 +30,10 @@ fn attenuate_pending(interior: u32, distance: f32) {
 #if SCATTERING
 // Henyey-Greenstein phase function and also its pdf per solid angle; `cos_theta` between the directions of travel before and after.
 fn phase_hg(cos_theta: f32, g: f32) -> f32 {
-    let d = 1.0 + g * g - 2.0 * g * cos_theta;
-    return 0.25 * INV_PI * (1.0 - g * g) / (d * sqrt(d));
+    // 1 + g^2 - 2 g cos, so that it keeps its digits (and its sign) where g is near 1 or -1.
+    let h = abs(g);
+    let d = (1.0 - h) * (1.0 - h) + 2.0 * h * max(1.0 - select(-cos_theta, cos_theta, g > 0.0), 0.0);
+    return 0.25 * INV_PI * (1.0 - h) * (1.0 + h) / (d * sqrt(d));
 }
 
 // Samples the phase function around the direction of travel `d`.

@@ -2,7 +2,8 @@
 
 var<private> splat_pixel: vec2u;
 
-// Adds `quanta` to a 64-bit sum, stochastically rounded: integers, so that the order of additions does not matter.
+// Adds `quanta` to a 64-bit sum, stochastically rounded: integers, so that the order of additions does not matter. A sum that would wrap stays at
+// the greatest there is, and is counted.
 fn add_quanta(index: u32, quanta: f32, u: f32) {
     let whole = floor(quanta + u);
     if (whole <= 0.0) {
@@ -14,7 +15,11 @@ fn add_quanta(index: u32, quanta: f32, u: f32) {
     let carry = select(0u, 1u, before + low < low);
     let high_sum = u32(high) + carry;
     if (high_sum != 0u) {
-        atomicAdd(&splats[2u * index + 1u], high_sum);
+        let before_high = atomicAdd(&splats[2u * index + 1u], high_sum);
+        if (before_high + high_sum < before_high) {
+            atomicMax(&splats[2u * index + 1u], 0xffffffffu);
+            atomicAdd(&counters[COUNTER_SATURATED], 1u);
+        }
     }
 }
 

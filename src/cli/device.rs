@@ -102,6 +102,17 @@ impl From<&TechniqueArgs> for Techniques {
 
 /// Opens the device `name` (any adapter if `None`) for `scene`. The reference has techniques of its own.
 pub fn open(scene: &Scene, name: Option<&str>, seed: u64, args: &TechniqueArgs) -> Result<Device> {
+    open_with(scene, name, seed, args.into(), args.light_paths)
+}
+
+/// Likewise, with these techniques and, where given, the number of light paths for each camera path.
+pub fn open_with(
+    scene: &Scene,
+    name: Option<&str>,
+    seed: u64,
+    techniques: Techniques,
+    light_paths: Option<f64>,
+) -> Result<Device> {
     if name == Some(REFERENCE) {
         let estimator = match scene.reference {
             Estimator::Backward => "backward",
@@ -114,8 +125,8 @@ pub fn open(scene: &Scene, name: Option<&str>, seed: u64, args: &TechniqueArgs) 
             on_cpu: true,
         });
     }
-    let mut integrator = GpuIntegrator::with(scene, name, seed, args.into())?;
-    if let Some(n) = args.light_paths {
+    let mut integrator = GpuIntegrator::with(scene, name, seed, techniques)?;
+    if let Some(n) = light_paths {
         integrator.set_light_paths(n);
     }
     let adapter = integrator.adapter();

@@ -1,7 +1,7 @@
-//! The command line: `abbe new`, `check`, `render`, `develop`, `devices`, `info`, `bench`, `compare`, `probe` and `glass`.
+//! The command line: `abbe new`, `check`, `render`, `develop`, `devices`, `info`, `bench`, `compare`, `probe`, `glass` and `validate`.
 //!
 //! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 1 what was
-//! compared is not alike, 2 the request or its input is at fault (one line says what and what to do), 130 interrupted by Ctrl-C (what was
+//! compared is not alike or not as it must be, 2 the request or its input is at fault (one line says what and what to do), 130 interrupted by Ctrl-C (what was
 //! rendered is written first).
 
 mod bands;
@@ -20,6 +20,7 @@ mod probe;
 mod progress;
 mod quantity;
 mod render;
+mod validate;
 mod values;
 
 use crate::error::{Error, Result};
@@ -52,6 +53,7 @@ const EXAMPLES: &str = "Examples:
   abbe probe newton.exr 320,200                     the spectrum of a pixel
   abbe devices                                      what Abbe can render on
   abbe glass N-SF11                                 its refractive indices
+  abbe validate --case prism-n-bk7                  is that deviated as theory has it?
 
 Every command has its own --help.";
 
@@ -77,6 +79,8 @@ enum Command {
     Probe(probe::Args),
     /// Look up the refractive indices of a glass, or list the glasses
     Glass(glass::Args),
+    /// Hold renders to answers known from theory
+    Validate(validate::Args),
 }
 
 /// Runs the command line of this process and returns its exit code.
@@ -96,6 +100,7 @@ pub fn main() -> ExitCode {
         Command::Compare(args) => compare::run(&args),
         Command::Probe(args) => probe::run(&args),
         Command::Glass(args) => glass::run(&args),
+        Command::Validate(args) => validate::run(&args),
     });
     let unwritten = |e| Error::usage(format!("standard output cannot be written: {e}"), "make room where it goes");
     match done.and_then(|done| print::failure().map_or(Ok(done), |e| Err(unwritten(e)))) {

@@ -229,10 +229,11 @@ impl Report<'_> {
         lines.push(format!("on {}: {}rays, {}rays/s", device.name, si(p.stats.rays as f64), si(p.rays_per_second)));
         lines.push(format!("estimated relative error {} from {} batches", percent(p.relative_error), self.summary.batches));
         lines.push(format!(
-            "dropped samples: {} not finite, {} negative, {} too large; paths cut at depth {}: {} of {}",
+            "dropped samples: {} not finite, {} negative, {} too large, {} ended by the driver; paths cut at depth {}: {} of {}",
             p.stats.dropped_not_finite,
             p.stats.dropped_negative,
             p.stats.dropped_saturated,
+            p.stats.unfinished,
             self.scene.max_depth,
             p.stats.truncated,
             p.stats.paths
@@ -270,7 +271,7 @@ impl Report<'_> {
             "rays": p.stats.rays,
             "rays_per_second": p.rays_per_second,
             "relative_error": p.relative_error.is_finite().then_some(p.relative_error),
-            "dropped": {"not_finite": p.stats.dropped_not_finite, "negative": p.stats.dropped_negative, "saturated": p.stats.dropped_saturated},
+            "dropped": {"not_finite": p.stats.dropped_not_finite, "negative": p.stats.dropped_negative, "saturated": p.stats.dropped_saturated, "unfinished": p.stats.unfinished},
             "truncated": p.stats.truncated,
             "total_flux": self.flux().map(|(watts, lumens)| json!({"watts": watts, "lumens": lumens})),
             "plan": self.device.integrator.describe().lines().collect::<Vec<_>>(),

@@ -116,14 +116,16 @@ shared_constants! {
     COUNTER_NEGATIVE = 2;
     /// Paths cut at the greatest depth.
     COUNTER_TRUNCATED = 3;
-    /// Splats too large for the fixed-point film.
+    /// Samples and splats too large for the film, and fixed-point sums that reached their end.
     COUNTER_SATURATED = 4;
+    /// Paths that the driver ended: Mesa's lavapipe leaves all loops of a shader after 65,535 turns.
+    COUNTER_UNFINISHED = 5;
     /// BVH nodes tested, where that is counted.
-    COUNTER_NODES = 5;
+    COUNTER_NODES = 6;
     /// Primitives tested, likewise.
-    COUNTER_PRIMITIVES = 6;
+    COUNTER_PRIMITIVES = 7;
     /// Paths ended, by their scattering events: the first of [`COUNTED_DEPTHS`], likewise.
-    COUNTER_ENDED = 7;
+    COUNTER_ENDED = 8;
     /// The last of these counts all longer ones, too.
     COUNTED_DEPTHS = 16;
     /// Quanta of X, Y, Z are this much larger than those of bins, as their values are.

@@ -11,7 +11,7 @@ use crate::film::{Film, Tile};
 use crate::geometry::{Bounds, bounds_of_all};
 use crate::gpu::layout::{
     COUNTER_ENDED, COUNTER_NEGATIVE, COUNTER_NODES, COUNTER_NOT_FINITE, COUNTER_PRIMITIVES, COUNTER_RAYS, COUNTER_SATURATED,
-    COUNTER_TRUNCATED, COUNTERS, Params, XYZ_RATIO,
+    COUNTER_TRUNCATED, COUNTER_UNFINISHED, COUNTERS, Params, XYZ_RATIO,
 };
 use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, Resource, ranks};
 use crate::reference::initial_interiors;
@@ -24,6 +24,8 @@ use std::time::{Duration, Instant};
 
 /// Passes of one dispatch: so many samples does an invocation of the camera pass take one after the other.
 const PASSES_PER_DISPATCH: u32 = 16;
+/// Passes whose sums single precision may hold: a sum of this many alike, one by one, is off by some 2e-6.
+const PASSES_PER_SUM: u32 = 64;
 /// Bytes for the samples of a dispatch on their way to the film.
 const SAMPLE_BYTES: u64 = 64 << 20;
 /// Samples of all pixels together that a probe takes.
@@ -233,6 +235,8 @@ impl GpuIntegrator {
         let mut stats =
             BatchStats { paths: u64::from(tile.width) * u64::from(tile.height) * u64::from(passes.count), ..Default::default() };
         let most = self.gather.as_ref().map_or(PASSES_PER_DISPATCH, |g| g.passes);
+        let mut total = vec![0.0f64; values];
+        let mut summed = 0;
         for first in (0..passes.count).step_by(most as usize) {
             let count = most.min(passes.count - first);
             let (table, lane_bins) = self.spectra(passes.number + u64::from(first), count);
@@ -274,8 +278,15 @@ impl GpuIntegrator {
                 let (light, light_counts, light_time) = job.run(light, self.params.light_paths.div_ceil(64))?;
                 stats += BatchStats { light_time, light_counts, ..light };
             }
+            summed += count;
+            if summed >= PASSES_PER_SUM || first + count == passes.count {
+                let part: Vec<f32> = self.gpu.read(&sums, bytes(values) / 2)?;
+                total.iter_mut().zip(part).for_each(|(t, v)| *t += f64::from(v));
+                self.gpu.clear(&sums);
+                summed = 0;
+            }
         }
-        let mut sums: Vec<f32> = self.gpu.read(&sums, bytes(values) / 2)?;
+        let mut sums: Vec<f32> = total.into_iter().map(|v| v as f32).collect();
         let by_camera = sums.chunks_exact(channels).map(|pixel| pixel[..channels - 3].iter().sum()).collect();
         if let Some(splats) = splats {
             // Every pass is an estimate from all its light paths.
@@ -422,6 +433,7 @@ impl Job<'_> {
                 dropped_negative: at(COUNTER_NEGATIVE),
                 dropped_saturated: at(COUNTER_SATURATED),
                 truncated: at(COUNTER_TRUNCATED),
+                unfinished: at(COUNTER_UNFINISHED),
                 ..Default::default()
             };
             let ended = std::array::from_fn(|depth| at(COUNTER_ENDED + depth as u32));

@@ -30,6 +30,7 @@ mod units;
 pub use advice::advice;
 pub(crate) use json::{quoted, suggest};
 pub use load::{LoadOptions, load, load_str};
+pub(crate) use mesh::read as read_mesh;
 pub use texture::Texture;
 
 use crate::spectrum::{Ior, Spectrum};

@@ -73,8 +73,7 @@ impl Batches {
         let mut film = Film::new(&scene.film);
         let index = self.means.len() as u32;
         let stats = integrator.render_batch(index, spp, &mut film).expect("a batch");
-        let dropped = (stats.dropped_not_finite, stats.dropped_negative, stats.dropped_saturated);
-        assert_eq!(dropped, (0, 0, 0), "samples were dropped");
+        assert_eq!(stats.dropped(), 0, "samples were dropped: {stats:?}");
         self.pixels.push((0..film.pixels()).flat_map(|p| film.pixel(p).to_vec()).collect());
         self.means.push(film.block_means(scene.film.width / BLOCKS));
     }

@@ -44,7 +44,7 @@ fn the_same_seed_gives_the_same_bits_however_the_work_is_split() {
     let scene = rich_scene();
     let first = render(&scene, 1, 17, None);
     assert!(first.0.iter().filter(|&&bits| f64::from_bits(bits) > 0.0).count() * 10 > first.0.len() * 9);
-    assert_eq!(first.1.dropped_not_finite + first.1.dropped_negative + first.1.dropped_saturated, 0);
+    assert_eq!(first.1.dropped(), 0);
     assert!(first.1.camera_rays > 0 && first.1.camera_rays < first.1.rays);
     assert!(first == render(&scene, 1, 17, None), "another run differs");
     for groups in [1, 5] {

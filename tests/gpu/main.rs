@@ -2,10 +2,12 @@
 //! request gives the same bits.
 
 mod boundary;
+mod counters;
 mod counts;
 mod determinism;
 mod errors;
 mod intersect;
 mod plan;
+mod precision;
 mod sampler;
 mod support;

@@ -177,7 +177,7 @@ impl Row {
             "relative_error": p.relative_error.is_finite().then_some(p.relative_error),
             "relative_mse": self.relative_mse.map(|e| e.luminance),
             "relative_mse_bins": self.relative_mse.map(|e| e.bins),
-            "dropped": p.stats.dropped_not_finite + p.stats.dropped_negative + p.stats.dropped_saturated,
+            "dropped": p.stats.dropped(),
         })
     }
 }
