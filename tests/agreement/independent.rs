@@ -1,8 +1,7 @@
 //! The GPU against renders by another program, which shares no code with ours; their source is in the files' heads.
 //!
-//! Compared is what the camera sees of diffuse surfaces. Caustics seen in mirrors and through smooth glass are found by chance hits of
-//! small lamps: their errors are not normal, and the stored references with larger lamps hold for them. For the same reason there is no
-//! comparison of the pool, all of which is seen through water.
+//! Compared is what the camera sees of diffuse surfaces, and of the pool all of it, seen through water. Where the Sun glitters on the water both errors
+//! are too large to count.
 
 use crate::compare::{BLOCKS, Batches, Figure, Pair, agree, gpu};
 use crate::shipped::shipped;
@@ -54,19 +53,20 @@ fn mean(figures: &[Figure]) -> Figure {
     Figure { mean: figures.iter().map(|f| f.mean).sum::<f64>() / n, error, dof: DOF * n }
 }
 
-/// Every bin over all pixels that see only diffuse surfaces, and every bin of each block of them.
-fn compare(name: &str, spp: u32, share: f64) {
+/// Every bin over the chosen pixels, and every bin of each block of them; half of the comparisons must count, by errors of up to `coarseness` times the
+/// usual ones.
+fn compare(name: &str, chosen: fn(&Scene) -> Vec<usize>, spp: u32, coarseness: f64) {
     let theirs = read(name);
     let scene = shipped(&format!("compare/{name}.json"), BINS as u32);
-    let diffuse = sees_only_diffuse(&scene);
-    println!("{name}: {} of {} pixels see only diffuse surfaces", diffuse.len(), theirs.len());
+    let chosen = chosen(&scene);
+    println!("{name}: {} of {} pixels are compared", chosen.len(), theirs.len());
     let ours: Batches = gpu(&scene, 2, spp);
     let (width, size) = (scene.film.width as usize, (scene.film.width / BLOCKS) as usize);
     let blocks = (0..(BLOCKS * BLOCKS) as usize).map(|block| {
         let of = |p: &&usize| **p % width / size + **p / width / size * BLOCKS as usize == block;
-        (format!("block {block}"), diffuse.iter().filter(of).copied().collect::<Vec<usize>>(), 0.01)
+        (format!("block {block}"), chosen.iter().filter(of).copied().collect::<Vec<usize>>(), 0.01 * coarseness)
     });
-    let regions = std::iter::once(("image".to_string(), diffuse.clone(), 0.003)).chain(blocks);
+    let regions = std::iter::once(("image".to_string(), chosen.clone(), 0.003 * coarseness)).chain(blocks);
     let mut pairs = Vec::new();
     for (region, pixels, small) in regions.filter(|(_, pixels, _)| pixels.len() >= 4) {
         for bin in 0..BINS {
@@ -74,15 +74,21 @@ fn compare(name: &str, spp: u32, share: f64) {
             pairs.push(Pair { what: format!("{region} bin {bin}"), ours: ours.over_pixels(&pixels, bin), theirs, small });
         }
     }
-    agree(name, &pairs, share);
+    agree(name, &pairs, 0.5);
 }
 
 #[test]
 fn cornell_spheres_is_as_mitsuba_shows_it() {
-    compare("cornell_spheres", 192, 0.5);
+    compare("cornell_spheres", sees_only_diffuse, 192, 1.0);
 }
 
 #[test]
 fn nephroid_is_as_mitsuba_shows_it() {
-    compare("nephroid", 192, 0.5);
+    compare("nephroid", sees_only_diffuse, 192, 1.0);
+}
+
+#[test]
+fn pool_is_as_mitsuba_shows_it() {
+    let all = |scene: &Scene| (0..(scene.film.width * scene.film.height) as usize).collect();
+    compare("pool", all, 256, 10.0);
 }
