@@ -1,6 +1,6 @@
 //! The pass of first hits on the GPU: compiled and run when it is asked for, and no part of a render.
 
-use super::gpu_integrator::{Job, Pass};
+use super::dispatch::{Job, Pass};
 use crate::error::Result;
 use crate::film::Tile;
 use crate::film::first_hits::{Albedo, FirstHits, Sums};

@@ -1,26 +1,22 @@
 //! Batches on the GPU, tile by tile: the camera pass, then the light pass where there can be caustics.
 
 use super::budget::{Budget, Probe};
+use super::dispatch::{Job, Pass};
 use super::gather::{self, Gather};
 use super::guide::Guide;
+use super::params::params;
 use super::{Features, Plan, Techniques, Wavelengths, first_hits};
 use crate::color::cie::K_M;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::film::first_hits::{Albedo, FirstHits};
 use crate::film::{Film, Tile};
-use crate::geometry::{Bounds, bounds_of_all};
-use crate::gpu::layout::{
-    COUNTER_ENDED, COUNTER_NEGATIVE, COUNTER_NODES, COUNTER_NOT_FINITE, COUNTER_PRIMITIVES, COUNTER_RAYS, COUNTER_SATURATED,
-    COUNTER_TRUNCATED, COUNTER_UNFINISHED, COUNTERS, Params, XYZ_RATIO,
-};
-use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, Resource, ranks};
-use crate::reference::initial_interiors;
-use crate::render::{BatchStats, Counts, Integrator, Renderer};
-use crate::scene::{Bins, Filter, Scene, Sensor};
+use crate::geometry::bounds_of_all;
+use crate::gpu::layout::{COUNTERS, Params, XYZ_RATIO};
+use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, Resource};
+use crate::render::{BatchStats, Integrator, Renderer};
+use crate::scene::{Bins, Scene};
 use crate::spectrum::library::{Observer, observer};
-use glam::{DVec3, Vec4};
-use std::f64::consts::PI;
-use std::time::{Duration, Instant};
+use glam::Vec4;
 
 /// Passes of one dispatch: so many samples does an invocation of the camera pass take one after the other.
 const PASSES_PER_DISPATCH: u32 = 16;
@@ -30,18 +26,6 @@ const PASSES_PER_SUM: u32 = 64;
 const SAMPLE_BYTES: u64 = 64 << 20;
 /// Samples of all pixels together that a probe takes.
 const PROBE_SAMPLES: f64 = (1 << 19) as f64;
-/// How long a dispatch should take: well below the watchdogs of desktop drivers.
-const DISPATCH_TIME: Duration = Duration::from_millis(50);
-
-/// Kernels that run one after the other on the same workgroups.
-#[derive(Debug)]
-pub(super) struct Pass {
-    kernels: Vec<Kernel>,
-    /// Most workgroups of a dispatch.
-    limit: u32,
-    /// Workgroups of the next dispatch: adapted so that it takes [`DISPATCH_TIME`].
-    groups: u32,
-}
 
 /// Renders a scene on an adapter.
 #[derive(Debug)]
@@ -69,7 +53,7 @@ impl GpuIntegrator {
     /// Plans, compiles and uploads. `device` picks an adapter by part of its name; the seed keys all random numbers.
     ///
     /// # Errors
-    /// [`Error::Device`] if no adapter fits, [`Error::Usage`] if the scene exceeds what it can hold.
+    /// [`crate::Error::Device`] if no adapter fits, [`crate::Error::Usage`] if the scene exceeds what it can hold.
     pub fn new(scene: &Scene, device: Option<&str>, seed: u64) -> Result<Self> {
         Self::with(scene, device, seed, Techniques::default())
     }
@@ -391,58 +375,6 @@ struct TileSums {
     stats: BatchStats,
 }
 
-/// What the dispatches of a pass over one tile share.
-pub(super) struct Job<'a> {
-    pub(super) gpu: &'a Gpu,
-    pub(super) uniforms: &'a Resource,
-    pub(super) counters: &'a Resource,
-    pub(super) resources: &'a [(&'a str, &'a Resource)],
-    pub(super) params: Params,
-}
-
-impl Job<'_> {
-    /// Runs `groups` workgroups of `pass`, in dispatches of about [`DISPATCH_TIME`]. Returns the counts and the time spent in dispatches.
-    pub(super) fn run(&self, pass: &mut Pass, groups: u32) -> Result<(BatchStats, Counts, Duration)> {
-        let bindings = pass.kernels.iter().map(|k| k.bind(self.gpu, self.resources)).collect::<Result<Vec<_>>>()?;
-        let (mut stats, mut counts, mut time) = (BatchStats::default(), Counts::default(), Duration::ZERO);
-        let mut first = 0;
-        while first < groups {
-            let now = pass.groups.min(groups - first);
-            self.gpu.write(self.uniforms, &[Params { first_block: first, ..self.params }]);
-            self.gpu.write(self.counters, &[0u32; COUNTERS]);
-            let start = Instant::now();
-            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-            for (kernel, bindings) in pass.kernels.iter().zip(&bindings) {
-                kernel.dispatch(&mut encoder, bindings, now);
-            }
-            self.gpu.queue.submit([encoder.finish()]);
-            self.gpu.wait()?;
-            let elapsed = start.elapsed();
-            time += elapsed;
-            let ratio = DISPATCH_TIME.as_secs_f64() / elapsed.as_secs_f64().max(1e-4);
-            first += now;
-            // What is left over at the end says little about a full dispatch.
-            if now == pass.groups || ratio < 1.0 {
-                pass.groups = ((f64::from(now) * ratio.clamp(0.25, 2.0)) as u32).clamp(1, pass.limit);
-            }
-            let c: Vec<u32> = self.gpu.read(self.counters, (COUNTERS * 4) as u64)?;
-            let at = |i: u32| u64::from(c[i as usize]);
-            stats += BatchStats {
-                rays: at(COUNTER_RAYS),
-                dropped_not_finite: at(COUNTER_NOT_FINITE),
-                dropped_negative: at(COUNTER_NEGATIVE),
-                dropped_saturated: at(COUNTER_SATURATED),
-                truncated: at(COUNTER_TRUNCATED),
-                unfinished: at(COUNTER_UNFINISHED),
-                ..Default::default()
-            };
-            let ended = std::array::from_fn(|depth| at(COUNTER_ENDED + depth as u32));
-            counts += Counts { nodes: at(COUNTER_NODES), primitives: at(COUNTER_PRIMITIVES), ended };
-        }
-        Ok((stats, counts, time))
-    }
-}
-
 impl Integrator for GpuIntegrator {
     fn render_batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats> {
         let mut stats = BatchStats::default();
@@ -493,75 +425,4 @@ fn tiles(gpu: &Gpu, plan: &Plan, width: u32, height: u32) -> Vec<Tile> {
         }
     }
     tiles
-}
-
-/// Uniforms that do not change from dispatch to dispatch.
-fn params(scene: &Scene, bounds: Bounds, origin: DVec3, power: f64, gather_reach: f32, spectra_stride: u32) -> Result<Params> {
-    let film = &scene.film;
-    let local = |p: DVec3| (p - origin).as_vec3().extend(0.0);
-    let vec4 = |v: DVec3| v.as_vec3().extend(0.0);
-    let aspect = f64::from(film.width) / f64::from(film.height);
-    let half = |x: f64, y: f64, z: f64, w: f64| Vec4::new(x as f32, y as f32, z as f32, w as f32);
-    let mut p = Params {
-        image_width: film.width,
-        image_height: film.height,
-        max_depth: scene.max_depth,
-        spectra_stride,
-        light_paths: film.width * film.height,
-        filter_reach: match film.filter {
-            Filter::Box => 0.5,
-            Filter::Tent { radius } => radius as f32,
-            Filter::Gaussian { sigma } => (3.0 * sigma) as f32,
-        },
-        filter_radius: match film.filter {
-            Filter::Box => 0.5,
-            Filter::Tent { radius } => radius as f32,
-            Filter::Gaussian { sigma } => sigma as f32,
-        },
-        ..Default::default()
-    };
-    let start = match &scene.sensor {
-        Sensor::Perspective { eye, frame, tan_half_vfov, lens_radius, focus_distance } => {
-            p.origin = local(*eye);
-            [p.axis_x, p.axis_y, p.axis_z] = [frame.x_axis, frame.y_axis, frame.z_axis].map(vec4);
-            p.half_extent = half(tan_half_vfov * aspect, *tan_half_vfov, *lens_radius, *focus_distance);
-            *eye
-        }
-        Sensor::Orthographic { eye, frame, height } => {
-            p.origin = local(*eye);
-            [p.axis_x, p.axis_y, p.axis_z] = [frame.x_axis, frame.y_axis, frame.z_axis].map(vec4);
-            p.half_extent = half(0.5 * height * aspect, 0.5 * height, 0.0, 0.0);
-            *eye
-        }
-        Sensor::IrradiancePlane { origin: corner, edge_u, edge_v } => {
-            p.origin = local(*corner);
-            [p.axis_x, p.axis_y, p.axis_z] = [*edge_u, *edge_v, edge_u.cross(*edge_v).normalize()].map(vec4);
-            // Dual basis: coordinates along the edges by dot products.
-            let n = edge_u.cross(*edge_v);
-            p.dual_u = vec4(edge_v.cross(n) / n.length_squared()).with_w(n.length() as f32);
-            p.dual_v = vec4(n.cross(*edge_u) / n.length_squared());
-            *corner + 0.5 * (edge_u + edge_v)
-        }
-        Sensor::IrradianceSphere { center, radius } => {
-            p.origin = local(*center);
-            p.half_extent = half(*radius, 0.0, 0.0, 0.0);
-            *center + DVec3::Y * *radius
-        }
-    };
-    let scene_radius = 0.5 * (bounds.max - bounds.min).length();
-    p.scene_diameter = (2.0 * scene_radius) as f32;
-    p.gather_reach = gather_reach;
-    // A quantum is 2^-24 of what a typical light path adds to a pixel that sees it from across the scene.
-    let pixel_measure = match scene.sensor {
-        Sensor::Perspective { tan_half_vfov, .. } => (2.0 * tan_half_vfov / f64::from(film.height) * scene_radius).powi(2) * PI,
-        Sensor::Orthographic { height, .. } => (height / f64::from(film.height)).powi(2) * PI,
-        Sensor::IrradiancePlane { edge_u, edge_v, .. } => edge_u.cross(edge_v).length() / f64::from(film.width * film.height),
-        Sensor::IrradianceSphere { radius, .. } => 4.0 * PI * radius * radius / f64::from(film.width * film.height),
-    };
-    p.inverse_quantum = (pixel_measure / power.max(1e-30) * 0.5f64.powi(-24)) as f32;
-    let around = initial_interiors(scene, &[start]);
-    p.inside = ranks(scene, &around[0]).ok_or_else(|| {
-        Error::usage("the sensor lies inside more than 4 nested volumes", "remove some of the glasses or media around it")
-    })?;
-    Ok(p)
 }

@@ -1,10 +1,12 @@
 //! From a scene to radiance on the film: the plan, the wavelengths of each pass, and the passes.
 
 mod budget;
+mod dispatch;
 mod first_hits;
 mod gather;
 mod gpu_integrator;
 mod guide;
+mod params;
 mod plan;
 mod wavelengths;
 

@@ -7,6 +7,7 @@ use abbe::integrator::{GpuIntegrator, Techniques};
 use abbe::reference::ReferenceIntegrator;
 use abbe::render::Integrator;
 use abbe::scene::Scene;
+pub use abbe::validate::figure::Figure;
 use serde_json::{Value, json};
 use std::ops::Range;
 use std::path::PathBuf;
@@ -20,33 +21,15 @@ pub const BLOCKS: u32 = 4;
 const BIN_ERROR: f64 = 0.003;
 const BLOCK_ERROR: f64 = 0.01;
 
-/// A mean with its standard error and the degrees of freedom of that.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Figure {
-    pub mean: f64,
-    pub error: f64,
-    pub dof: f64,
-}
-
-impl Figure {
-    pub fn of(values: &[f64]) -> Self {
-        let n = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / n;
-        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
-        Figure { mean, error: (variance / n).sqrt(), dof: n - 1.0 }
+/// Two figures of the same thing: their distance in standard errors, the error itself, and the degrees of freedom of that (Welch 1947).
+pub fn against(a: Figure, b: Figure) -> (f64, f64, f64) {
+    let error = a.error.hypot(b.error);
+    if error == 0.0 {
+        let z = if a.mean == b.mean { 0.0 } else { f64::INFINITY };
+        return (z, 0.0, a.dof.min(b.dof));
     }
-
-    /// Two figures of the same thing: their distance in standard errors, the error itself, and the degrees of freedom of that
-    /// (Welch 1947).
-    pub fn against(self, other: Figure) -> (f64, f64, f64) {
-        let error = self.error.hypot(other.error);
-        if error == 0.0 {
-            let z = if self.mean == other.mean { 0.0 } else { f64::INFINITY };
-            return (z, 0.0, self.dof.min(other.dof));
-        }
-        let share = |f: Figure| (f.error / error).powi(4) / f.dof;
-        ((self.mean - other.mean) / error, error, 1.0 / (share(self) + share(other)))
-    }
+    let share = |f: Figure| (f.error / error).powi(4) / f.dof;
+    ((a.mean - b.mean) / error, error, 1.0 / (share(a) + share(b)))
 }
 
 /// What is compared of a film: the mean over the image of every bin, and the luminance of blocks.
@@ -141,7 +124,7 @@ pub fn agree(name: &str, pairs: &[Pair], share: f64) {
     let family = pairs.len();
     let (mut counted, mut greatest, mut wrong) = (0, 0.0f64, Vec::new());
     for Pair { what, ours, theirs, small } in pairs {
-        let (z, error, dof) = ours.against(*theirs);
+        let (z, error, dof) = against(*ours, *theirs);
         let line = format!(
             "{name}: {what}: {:.6e} +- {:.1e}, reference {:.6e} +- {:.1e}, z = {z:.2}",
             ours.mean, ours.error, theirs.mean, theirs.error

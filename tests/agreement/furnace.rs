@@ -1,7 +1,7 @@
 //! Answers known without a reference: in uniform light nothing that only bends it can be seen, and glass whose index hardly varies is
 //! as good as glass of one index.
 
-use crate::compare::{agree, gpu, pairs};
+use crate::compare::{against, agree, gpu, pairs};
 use crate::support::*;
 use abbe::scene::*;
 use abbe::spectrum::{Formula, Ior, Spectrum};
@@ -139,7 +139,7 @@ fn a_narrow_line_at_the_edge_of_a_bin_goes_to_both_bins() {
         let (line, mut expected) = (line.figures().bins[bin], flat.figures().bins[bin]);
         expected.mean *= share;
         expected.error *= share;
-        let (z, error, dof) = line.against(expected);
+        let (z, error, dof) = against(line, expected);
         assert!(z.abs() < threshold(6, dof), "bin {bin}: {line:?} is not {expected:?}, z = {z}");
         assert!(error <= 0.01 * expected.mean, "bin {bin}: {line:?} tells nothing");
     }

@@ -1,0 +1,88 @@
+//! What the shaders are told of the sensor and the film.
+
+use crate::error::{Error, Result};
+use crate::geometry::Bounds;
+use crate::gpu::layout::Params;
+use crate::gpu::ranks;
+use crate::reference::initial_interiors;
+use crate::scene::{Filter, Scene, Sensor};
+use glam::{DVec3, Vec4};
+use std::f64::consts::PI;
+
+/// Uniforms that do not change from dispatch to dispatch.
+pub(super) fn params(
+    scene: &Scene,
+    bounds: Bounds,
+    origin: DVec3,
+    power: f64,
+    gather_reach: f32,
+    spectra_stride: u32,
+) -> Result<Params> {
+    let film = &scene.film;
+    let local = |p: DVec3| (p - origin).as_vec3().extend(0.0);
+    let vec4 = |v: DVec3| v.as_vec3().extend(0.0);
+    let aspect = f64::from(film.width) / f64::from(film.height);
+    let half = |x: f64, y: f64, z: f64, w: f64| Vec4::new(x as f32, y as f32, z as f32, w as f32);
+    let mut p = Params {
+        image_width: film.width,
+        image_height: film.height,
+        max_depth: scene.max_depth,
+        spectra_stride,
+        light_paths: film.width * film.height,
+        filter_reach: match film.filter {
+            Filter::Box => 0.5,
+            Filter::Tent { radius } => radius as f32,
+            Filter::Gaussian { sigma } => (3.0 * sigma) as f32,
+        },
+        filter_radius: match film.filter {
+            Filter::Box => 0.5,
+            Filter::Tent { radius } => radius as f32,
+            Filter::Gaussian { sigma } => sigma as f32,
+        },
+        ..Default::default()
+    };
+    let start = match &scene.sensor {
+        Sensor::Perspective { eye, frame, tan_half_vfov, lens_radius, focus_distance } => {
+            p.origin = local(*eye);
+            [p.axis_x, p.axis_y, p.axis_z] = [frame.x_axis, frame.y_axis, frame.z_axis].map(vec4);
+            p.half_extent = half(tan_half_vfov * aspect, *tan_half_vfov, *lens_radius, *focus_distance);
+            *eye
+        }
+        Sensor::Orthographic { eye, frame, height } => {
+            p.origin = local(*eye);
+            [p.axis_x, p.axis_y, p.axis_z] = [frame.x_axis, frame.y_axis, frame.z_axis].map(vec4);
+            p.half_extent = half(0.5 * height * aspect, 0.5 * height, 0.0, 0.0);
+            *eye
+        }
+        Sensor::IrradiancePlane { origin: corner, edge_u, edge_v } => {
+            p.origin = local(*corner);
+            [p.axis_x, p.axis_y, p.axis_z] = [*edge_u, *edge_v, edge_u.cross(*edge_v).normalize()].map(vec4);
+            // Dual basis: coordinates along the edges by dot products.
+            let n = edge_u.cross(*edge_v);
+            p.dual_u = vec4(edge_v.cross(n) / n.length_squared()).with_w(n.length() as f32);
+            p.dual_v = vec4(n.cross(*edge_u) / n.length_squared());
+            *corner + 0.5 * (edge_u + edge_v)
+        }
+        Sensor::IrradianceSphere { center, radius } => {
+            p.origin = local(*center);
+            p.half_extent = half(*radius, 0.0, 0.0, 0.0);
+            *center + DVec3::Y * *radius
+        }
+    };
+    let scene_radius = 0.5 * (bounds.max - bounds.min).length();
+    p.scene_diameter = (2.0 * scene_radius) as f32;
+    p.gather_reach = gather_reach;
+    // A quantum is 2^-24 of what a typical light path adds to a pixel that sees it from across the scene.
+    let pixel_measure = match scene.sensor {
+        Sensor::Perspective { tan_half_vfov, .. } => (2.0 * tan_half_vfov / f64::from(film.height) * scene_radius).powi(2) * PI,
+        Sensor::Orthographic { height, .. } => (height / f64::from(film.height)).powi(2) * PI,
+        Sensor::IrradiancePlane { edge_u, edge_v, .. } => edge_u.cross(edge_v).length() / f64::from(film.width * film.height),
+        Sensor::IrradianceSphere { radius, .. } => 4.0 * PI * radius * radius / f64::from(film.width * film.height),
+    };
+    p.inverse_quantum = (pixel_measure / power.max(1e-30) * 0.5f64.powi(-24)) as f32;
+    let around = initial_interiors(scene, &[start]);
+    p.inside = ranks(scene, &around[0]).ok_or_else(|| {
+        Error::usage("the sensor lies inside more than 4 nested volumes", "remove some of the glasses or media around it")
+    })?;
+    Ok(p)
+}
