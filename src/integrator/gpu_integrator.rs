@@ -18,8 +18,10 @@ use crate::scene::{Bins, Scene};
 use crate::spectrum::library::{Observer, observer};
 use glam::Vec4;
 
-/// Passes of one dispatch: so many samples does an invocation of the camera pass take one after the other.
+/// Most passes of one dispatch: so many samples does an invocation of the camera pass take one after the other.
 const PASSES_PER_DISPATCH: u32 = 16;
+/// Events that a lane of a dispatch may come to: lavapipe ends a shader after 65,535 turns of all its loops, a ray takes some tens of them.
+const EVENTS_PER_DISPATCH: u32 = 1024;
 /// Passes whose sums single precision may hold: a sum of this many alike, one by one, is off by some 2e-6.
 const PASSES_PER_SUM: u32 = 64;
 /// Bytes for the samples of a dispatch on their way to the film.
@@ -47,6 +49,8 @@ pub struct GpuIntegrator {
     guide: Option<Guide>,
     budget: Option<Budget>,
     is_probed: bool,
+    /// Most passes of one dispatch.
+    passes: u32,
 }
 
 impl GpuIntegrator {
@@ -74,7 +78,8 @@ impl GpuIntegrator {
         let gpu = Gpu::open(device)?;
         let gpu_scene = GpuScene::new(&gpu, scene, plan.techniques.guiding)?;
         let tile = tiles(&gpu, &plan, scene.film.width, scene.film.height)[0];
-        let gather = if plan.has("GATHERED") { Some(Gather::new(&gpu, &plan, scene, tile, PASSES_PER_DISPATCH)?) } else { None };
+        let passes = (EVENTS_PER_DISPATCH / scene.max_depth.max(1)).clamp(1, PASSES_PER_DISPATCH);
+        let gather = if plan.has("GATHERED") { Some(Gather::new(&gpu, &plan, scene, tile, passes)?) } else { None };
         let heads = gather.as_ref().map_or(0, |g| g.heads.size() / 4);
         let constants = plan.constants() + &gpu_scene.constants + &format!("const HEADS = {heads}u;\n");
         let limit = gpu.device.limits().max_compute_workgroups_per_dimension;
@@ -82,7 +87,7 @@ impl GpuIntegrator {
             let kernels = roots.iter().map(|root| Kernel::new(&gpu, root, &constants, features)).collect::<Result<_>>()?;
             Ok(Pass { kernels, limit, groups: 16 })
         };
-        let group_bytes = 64 * u64::from(PASSES_PER_DISPATCH * plan.lanes.div_ceil(4)) * 16;
+        let group_bytes = 64 * u64::from(passes * plan.lanes.div_ceil(4)) * 16;
         let sample_groups = (SAMPLE_BYTES.min(gpu.max_binding()) / group_bytes) as u32;
         let samples = gpu.empty_storage("samples", u64::from(sample_groups) * group_bytes)?;
         let camera = pass(&["camera_paths.wgsl", "update_film.wgsl"], &plan.camera, limit.min(sample_groups))?;
@@ -117,6 +122,7 @@ impl GpuIntegrator {
             guide,
             budget: None,
             is_probed: false,
+            passes,
         })
     }
 
@@ -218,7 +224,7 @@ impl GpuIntegrator {
         let (guide_share, guide_room) = self.guide.as_mut().map_or((0.0, 0), |g| g.expect(light_paths));
         let mut stats =
             BatchStats { paths: u64::from(tile.width) * u64::from(tile.height) * u64::from(passes.count), ..Default::default() };
-        let most = self.gather.as_ref().map_or(PASSES_PER_DISPATCH, |g| g.passes);
+        let most = self.gather.as_ref().map_or(self.passes, |g| g.passes);
         let mut total = vec![0.0f64; values];
         let mut summed = 0;
         for first in (0..passes.count).step_by(most as usize) {
