@@ -1,24 +1,15 @@
 //! The film's statistics against plain formulas and known distributions.
 
+#[path = "support/random.rs"]
+mod random;
+
 use abbe::film::{Film, Tile};
 use abbe::scene::{Bins, FilmSettings, Filter, WavelengthSampling};
+use random::Random;
 
 fn settings(width: u32, height: u32, bins: u32) -> FilmSettings {
     let bins = Bins { min_nm: 380.0, max_nm: 780.0, count: bins };
     FilmSettings { width, height, bins, filter: Filter::Box, sampling: WavelengthSampling::Continuous, exposure: None }
-}
-
-/// Deterministic uniform numbers in [0, 1) (SplitMix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
 }
 
 fn close(a: f64, b: f64, tolerance: f64, what: &str) {

@@ -118,6 +118,7 @@ fn a_young_caustic_knows_its_error() {
     println!("error {truth:.4}, estimated {estimated:.4}, by pixels alone {own:.4}; {share:.3} outside 95 %");
     // A few bright dots rule the error of such renders, so that it is known to about a sixth.
     assert!((estimated / truth - 1.0).abs() < 0.3, "estimated {estimated}, true {truth}");
+    assert!((estimated - truth).abs() < (own - truth).abs(), "estimated {estimated}, by pixels alone {own}, true {truth}");
     // Of single pixels with 16 samples the errors are not normal; from their own batches alone it is 0.10.
     assert!(share < 0.085, "{share} outside an interval of 95 %");
 }

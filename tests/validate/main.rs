@@ -9,6 +9,8 @@
 //! 0.2 %. Lamp and sensor change places with another flux where radiance behind glass is off by half in the camera pass alone; smooth
 //! normals interpolated by each other's weights spread another caustic.
 
+#[path = "../support/random.rs"]
+mod numbers;
 mod random;
 
 use abbe::Error;

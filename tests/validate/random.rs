@@ -1,6 +1,7 @@
 //! Promises that hold for any scene, on random ones of fixed seeds: in uniform light nothing lossless can be seen, the GPU agrees with the reference,
 //! light finds its way back, and what the greatest depth takes is counted.
 
+use crate::numbers::Random;
 use abbe::film::Film;
 use abbe::integrator::{GpuIntegrator, Techniques};
 use abbe::output::difference::threshold;
@@ -13,21 +14,8 @@ use std::path::Path;
 
 const BATCHES: u32 = 24;
 
-/// Deterministic uniform numbers in [0, 1) (SplitMix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn within(&mut self, lo: f64, hi: f64) -> f64 {
-        lo + (hi - lo) * self.next()
-    }
+fn within(random: &mut Random, lo: f64, hi: f64) -> f64 {
+    lo + (hi - lo) * random.next()
 }
 
 /// Four solids (no more volumes are kept track of) that overlap as they like: balls, blocks and prisms of glass, smooth and frosted, with dispersion and without, and fog that only scatters.
@@ -35,23 +23,23 @@ fn solids(random: &mut Random) -> (Value, Value) {
     let (mut materials, mut shapes) = (json!({}), Vec::new());
     for i in 0..4 {
         let name = format!("solid {i}");
-        let n = random.within(1.1, 2.0);
+        let n = within(random, 1.1, 2.0);
         materials[&name] = match i {
             0 => json!({"dielectric": {"ior": {"cauchy": [n, 0.02]}, "priority": 1 + i}}),
-            1 => json!({"dielectric": {"ior": n, "alpha": random.within(0.1, 0.8), "priority": 1 + i}}),
+            1 => json!({"dielectric": {"ior": n, "alpha": within(random, 0.1, 0.8), "priority": 1 + i}}),
             // Where glass overlaps it there is glass: a boundary does not refract, whatever the index behind it.
             2 => json!({"boundary": {"medium": "fog", "priority": 0}}),
             _ => json!({"dielectric": {"ior": n, "priority": 1 + i}}),
         };
-        let translate = [0; 3].map(|_| random.within(-0.5, 0.5));
+        let translate = [0; 3].map(|_| within(random, -0.5, 0.5));
         let geometry = match i % 3 {
-            0 => json!({"sphere": {"center": [0, 0, 0], "radius": random.within(0.2, 0.5)}}),
+            0 => json!({"sphere": {"center": [0, 0, 0], "radius": within(random, 0.2, 0.5)}}),
             1 => json!({"box": {"min": [-0.3, -0.2, -0.4], "max": [0.3, 0.3, 0.2]}}),
             _ => json!({"prism": {"polygon": [[-0.5, -0.3], [0.5, -0.3], [0, 0.5]], "length": 0.7}}),
         };
         let mut shape = geometry;
         shape["material"] = json!(name);
-        let angles = [0; 3].map(|_| random.within(0.0, 360.0));
+        let angles = [0; 3].map(|_| within(random, 0.0, 360.0));
         shape["transform"] = json!({"rotate_deg": angles, "translate": translate});
         shapes.push(shape);
     }
