@@ -1,6 +1,5 @@
 // The camera pass: paths from the sensor with next-event estimation, combined with chance hits by multiple importance sampling.
-// One invocation owns one pixel and traces `samples` paths one after the other, so that lanes whose path ends early take up the next; each turn of
-// the loop traces one ray, a path's next segment or a light sample's shadow ray, so that there is one call of `trace`.
+// One invocation owns one pixel and traces `samples` paths one after the other, so that lanes whose path ends early take up the next.
 #include "common/math.wgsl"
 #include "common/sampler.wgsl"
 
@@ -71,7 +70,6 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
     let first_slot = (group.x * 64u + local) * params.samples;
     var sample = params.first_sample;
     let end = params.first_sample + params.samples;
-    var rays = 0u;
     mark_unfinished(first_slot);
 #if GATHERED
     // Points outlive the dispatch.
@@ -79,17 +77,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
 #endif
     var ray = begin_path(pixel, sample);
     loop {
-        let hit = trace(ray);
-        rays += 1u;
-#if CONNECT
-        if (path.in_shadow) {
-            ray = resume_after_shadow(ray, hit);
-        } else {
-            ray = advance(ray, hit);
-        }
-#else
-        ray = advance(ray, hit);
-#endif
+        ray = next_event(ray);
         if (path.ended) {
 #if COUNTED
             count_path(path.depth);
@@ -105,7 +93,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
             ray = begin_path(pixel, sample);
         }
     }
-    atomicAdd(&counters[COUNTER_RAYS], rays);
+    atomicAdd(&counters[COUNTER_RAYS], rays_traced);
 #if COUNTED
     report_counts();
 #endif

@@ -33,20 +33,9 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
     }
     var sample = params.first_sample;
     let end = params.first_sample + params.samples;
-    var rays = 0u;
     var ray = begin_path(index, sample);
     loop {
-        let hit = trace(ray);
-        rays += 1u;
-#if CONNECT
-        if (path.in_shadow) {
-            ray = resume_after_shadow(ray, hit);
-        } else {
-            ray = advance(ray, hit);
-        }
-#else
-        ray = advance(ray, hit);
-#endif
+        ray = next_event(ray);
         if (path.ended) {
 #if COUNTED
             count_path(path.depth);
@@ -61,7 +50,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
             ray = begin_path(index, sample);
         }
     }
-    atomicAdd(&counters[COUNTER_RAYS], rays);
+    atomicAdd(&counters[COUNTER_RAYS], rays_traced);
 #if COUNTED
     report_counts();
 #endif

@@ -3,6 +3,7 @@
 struct Path {
     ended: bool,
     in_shadow: bool, // the ray at hand is a light sample's; `next_ray` waits
+    connects: bool, // nothing was in its way
     depth: u32, // scattering events so far
     pdf: f32, // of the present direction per solid angle; negative if no light sample could have made it
     last_vertex: vec3f, // where that direction was chosen
@@ -265,13 +266,7 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
     }
 #endif
     if (visible) {
-#if LIGHT_PATHS
-        splat(path.lane);
-#else
-        for (var k = 0u; k < LANES4; k++) {
-            li[k] += pending[k];
-        }
-#endif
+        path.connects = true;
     }
 #if CONTACT
     leaving_contact = next_leaving_contact;
@@ -281,3 +276,36 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
     return next_ray;
 }
 #endif
+
+var<private> rays_traced: u32;
+
+// Takes the path to its next vertex, and the light sample there to its light (or the sensor). One after the other within a turn of the loop over all paths:
+// software drivers execute all of a loop for each lane that is in it, so that shading would be done for shadow rays as well.
+fn next_event(from_vertex: Ray) -> Ray {
+    var ray = from_vertex;
+#if CONNECT
+    path.connects = false;
+    // Paths that leave an irradiance sensor begin with a light sample.
+    if (!path.in_shadow) {
+        rays_traced += 1u;
+        ray = advance(ray, trace(ray));
+    }
+    while (path.in_shadow) {
+        rays_traced += 1u;
+        ray = resume_after_shadow(ray, trace(ray));
+    }
+    if (path.connects) {
+#if LIGHT_PATHS
+        splat(path.lane);
+#else
+        for (var k = 0u; k < LANES4; k++) {
+            li[k] += pending[k];
+        }
+#endif
+    }
+#else
+    rays_traced += 1u;
+    ray = advance(ray, trace(ray));
+#endif
+    return ray;
+}

@@ -9,7 +9,7 @@ use std::fmt;
 const RANGE: (f64, f64) = (0.125, 8.0);
 /// Work of a light path's ray, in rays of camera paths: splats, and the search for visible points (lavapipe; measured on the comparison scenes).
 const RAY: f64 = 2.0;
-const GATHERED_RAY: f64 = 3.0;
+const GATHERED_RAY: f64 = 2.5;
 
 /// Light paths for each camera path, and why.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,12 +5,13 @@
 
 use crate::scene::{Bins, Light, Scene, WavelengthSampling};
 use crate::spectrum::Spectrum;
+use crate::spectrum::library::{Observer, observer};
 
 /// Strata with a density each.
 #[derive(Debug, Clone)]
 pub struct Wavelengths {
     strata: Vec<Stratum>,
-    /// Probability up to each lane of keeping it where wavelengths part: half uniform, half by emission.
+    /// Probability up to each lane of keeping it where wavelengths part: the mean of uniform, of emission's, and of its luminance's.
     parting: Vec<f64>,
     sampling: WavelengthSampling,
 }
@@ -62,11 +63,20 @@ impl Wavelengths {
         let edge = |i: u32| Bins { count, ..*bins }.edge_nm(i);
         let strata = (0..count).map(|i| Stratum::new(edge(i), edge(i + 1), &emission)).collect();
         let power = |i: u32| emission.iter().map(|(w, s)| w * s.integral(edge(i), edge(i + 1))).sum::<f64>();
-        let total: f64 = (0..count).map(power).sum();
+        let cmf = observer(Observer::Cie1931);
+        let luminance = |i: u32| power(i) * cmf.eval(0.5 * (edge(i) + edge(i + 1)))[1];
+        // Bins want lanes alike, the picture those that it is bright by. None of the latter outside the visible range.
+        let wanted: Vec<Vec<f64>> = [&|_| 1.0, &power as &dyn Fn(u32) -> f64, &luminance]
+            .iter()
+            .filter_map(|weight| {
+                let weights: Vec<f64> = (0..count).map(weight).collect();
+                let total: f64 = weights.iter().sum();
+                (total > 0.0).then(|| weights.iter().map(|w| w / total).collect())
+            })
+            .collect();
         let mut parting = vec![0.0];
-        for i in 0..count {
-            let uniform = 1.0 / f64::from(count);
-            parting.push(parting[i as usize] + if total > 0.0 { 0.5 * uniform + 0.5 * power(i) / total } else { uniform });
+        for i in 0..count as usize {
+            parting.push(parting[i] + wanted.iter().map(|shares| shares[i]).sum::<f64>() / wanted.len() as f64);
         }
         Self { strata, parting, sampling: scene.film.sampling }
     }
