@@ -55,10 +55,10 @@ fn sample_cosine(u: vec2f) -> vec3f {
     return vec3f(p, sqrt(max(0.0, 1.0 - dot(p, p))));
 }
 
-// Uniform direction in the cone about +z with 1 - cos(angle) = `one_minus_cos`; pdf = 1 / (2 pi one_minus_cos).
+// Uniform direction in the cone about +z with 1 - cos(angle) = `one_minus_cos`; pdf = 1 / (2 pi one_minus_cos). By way of the disc, in which straight edges
+// stay nearly straight: in angle and radius they are curves, and a slit is what no box of the guide fits.
 fn sample_cone(u: vec2f, one_minus_cos: f32) -> vec3f {
-    let h = one_minus_cos * u.x;
-    let r = sqrt(h * (2.0 - h));
-    let phi = 2.0 * PI * u.y;
-    return vec3f(r * cos(phi), r * sin(phi), 1.0 - h);
+    let p = sample_disc(u);
+    let h = one_minus_cos * dot(p, p);
+    return vec3f(p * sqrt(one_minus_cos * (2.0 - h)), 1.0 - h);
 }
