@@ -61,6 +61,12 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
                     let c = corners(mesh, i);
                     (layout::LIGHT_KIND_TRIANGLE, triangle_area(c), at(c[0]).with_w(f32::from_bits(texture)), at(c[1]), at(c[2]))
                 }
+                Geometry::Instance(_) => {
+                    return Err(Error::usage(
+                        format!("the instance {:?} emits", shape.name),
+                        "give every lamp a mesh of its own",
+                    ));
+                }
                 Geometry::Sphere { center, radius } => {
                     (layout::LIGHT_KIND_SPHERE, 4.0 * PI * radius * radius, at(*center), Vec4::ZERO, size(*radius, 0.0))
                 }
@@ -198,6 +204,7 @@ fn places(scene: &Scene) -> Vec<Vec<usize>> {
                 let [a, b, c] = if mesh.triangles.is_empty() { [DVec3::ZERO; 3] } else { corners(mesh, 0) };
                 off((a + b + c) / 3.0, (b - a).cross(c - a).normalize_or_zero())
             }
+            Geometry::Instance(instance) => 0.5 * (instance.bounds().min + instance.bounds().max),
             Geometry::Sphere { center, radius } => off(*center + DVec3::Y * *radius, DVec3::Y),
             Geometry::Disc { center, normal, .. } => off(*center, *normal),
             Geometry::Cylinder { base, axis, length, radius } => {

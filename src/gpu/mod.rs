@@ -1,6 +1,7 @@
 //! Everything that touches wgpu: adapters, shader assembly, the host/shader boundary, kernels and the scene's buffers.
 
 mod adapter;
+mod instances;
 mod kernel;
 pub mod layout;
 mod lights;

@@ -103,7 +103,7 @@ impl GpuScene {
         let materials = materials(scene, &mut rows, &mut textures, &mut tables);
         let lights = lights::build(scene, &mut rows, &mut textures, bounds, origin)?;
         let geometry = primitives::build(scene, bounds, origin, &lights.of_primitive)?;
-        let (textures, first_uv) = textures.build(scene, &geometry.place);
+        let (textures, first_uv) = textures.build(scene, &geometry);
         let mut records = lights.records;
         for light in &mut records {
             if light.primitive != NO_INDEX {
@@ -114,6 +114,7 @@ impl GpuScene {
         let resources = vec![
             ("bvh", gpu.table("BVH nodes", &geometry.nodes)?),
             ("primitives", gpu.table("primitives", &geometry.primitives)?),
+            ("instances", gpu.table("instances", &geometry.instances.table)?),
             ("normals", gpu.table("shading normals", &geometry.normals)?),
             ("materials", gpu.table("materials", &materials)?),
             ("interiors", gpu.table("volumes", &interiors)?),
@@ -125,12 +126,14 @@ impl GpuScene {
         ];
         let bytes = resources.iter().map(|(_, r)| r.size()).sum();
         let constants = format!(
-            "const BVH_STACK = {}u;\nconst LIGHTS = {}u;\nconst FIRST_DISTANT_LIGHT = {}u;\nconst ENVIRONMENT_LIGHT = {}u;\nconst TARGETS = {}u;\nconst FIRST_UV = {first_uv}u;\n",
+            "const BVH_STACK = {}u;\nconst LIGHTS = {}u;\nconst FIRST_DISTANT_LIGHT = {}u;\nconst ENVIRONMENT_LIGHT = {}u;\nconst TARGETS = {}u;\nconst FIRST_UV = {first_uv}u;\nconst FIRST_INSTANCED = {}u;\nconst FIRST_OWNER = {}u;\n",
             geometry.stack,
             records.len(),
             lights.first_distant,
             lights.environment_light,
             targets.len(),
+            geometry.instances.first_number,
+            geometry.instances.first_owner,
         );
         let power = lights.power;
         Ok(Self { resources, power, lights: records.len(), rows: rows.0, constants, origin, bytes })

@@ -69,6 +69,7 @@ impl Plan {
         let absorbing = medium(&|i| !scene.interiors[i].sigma_a.is_zero());
         let dispersion = smooth_dielectric && medium(&|i| !scene.interiors[i].ior.is_constant_over(lo, hi));
         let diffuse = any(&|m| matches!(m, Material::Diffuse { .. }));
+        let shape = |f: &dyn Fn(&Geometry) -> bool| scene.shapes.iter().any(|s| f(&s.geometry));
         let emits = |f: &dyn Fn(&Geometry) -> bool| {
             scene.shapes.iter().any(|s| f(&s.geometry) && s.emission.as_ref().is_some_and(|e| !e.radiance.is_zero()))
         };
@@ -90,8 +91,16 @@ impl Plan {
         let normal_maps = any(&|m| matches!(m, Material::NormalMapped { .. }));
         let lanes = super::Wavelengths::lanes(scene.film.bins.count);
         let features = BTreeMap::from([
-            ("QUADRICS", scene.shapes.iter().any(|s| !matches!(s.geometry, Geometry::Mesh(_)))),
-            ("SMOOTH_NORMALS", scene.shapes.iter().any(|s| matches!(&s.geometry, Geometry::Mesh(m) if !m.normals.is_empty()))),
+            ("QUADRICS", shape(&|g| !matches!(g, Geometry::Mesh(_) | Geometry::Instance(_)))),
+            ("INSTANCES", shape(&|g| matches!(g, Geometry::Instance(_)))),
+            (
+                "SMOOTH_NORMALS",
+                shape(&|g| match g {
+                    Geometry::Mesh(mesh) => !mesh.normals.is_empty(),
+                    Geometry::Instance(instance) => !instance.mesh().normals.is_empty(),
+                    _ => false,
+                }),
+            ),
             ("DIFFUSE", diffuse),
             ("DIELECTRIC", dielectric),
             ("SMOOTH_DIELECTRIC", smooth_dielectric),
@@ -328,6 +337,7 @@ impl fmt::Display for Plan {
                 "shapes",
                 &[
                     ("QUADRICS", "analytic shapes"),
+                    ("INSTANCES", "shared meshes"),
                     ("SMOOTH_NORMALS", "smooth normals"),
                     ("PASS_THROUGH", "surfaces to pass through"),
                     ("CONTACT", "surfaces in contact"),

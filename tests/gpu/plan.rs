@@ -12,7 +12,7 @@ use wgpu::naga::{self, Function, Handle, Module, Statement};
 fn kernels(scene: &Scene) -> Vec<(&'static str, String)> {
     let plan = Plan::new(scene, Techniques::default());
     let constants = plan.constants()
-        + "const BVH_STACK = 24u;\nconst LIGHTS = 3u;\nconst FIRST_DISTANT_LIGHT = 1u;\nconst ENVIRONMENT_LIGHT = 2u;\nconst TARGETS = 2u;\nconst HEADS = 1024u;\nconst FIRST_UV = 8u;\n";
+        + "const BVH_STACK = 24u;\nconst LIGHTS = 3u;\nconst FIRST_DISTANT_LIGHT = 1u;\nconst ENVIRONMENT_LIGHT = 2u;\nconst TARGETS = 2u;\nconst HEADS = 1024u;\nconst FIRST_UV = 8u;\nconst FIRST_INSTANCED = 1024u;\nconst FIRST_OWNER = 70u;\n";
     let mut roots = vec![("camera_paths.wgsl", &plan.camera), ("update_film.wgsl", &plan.camera)];
     let first_hits = plan.first_hits();
     roots.push(("first_hits.wgsl", &first_hits));
