@@ -10,8 +10,9 @@ use std::sync::Arc;
 
 /// Smaller meshes are never shared: what they take is less than what it costs to look them up.
 const SMALLEST_SHARED: usize = 256;
-/// A mesh is shared if its copies beyond the first would have this many triangles, of some 150 bytes each on the adapter.
-const SHARED_FROM: usize = 1 << 18;
+/// A mesh is shared if its copies beyond the first would have this many triangles, which take some 300 MiB; tracing takes twice as long through two
+/// hierarchies as through one (measured on lavapipe).
+const SHARED_FROM: usize = 1 << 20;
 /// A mesh that is drawn out more than this has the digits of its own space elsewhere than the world needs them.
 const MOST_UNEVEN: f64 = 1e3;
 

@@ -8,6 +8,7 @@ mod features;
 mod first_hits;
 mod furnace;
 mod independent;
+mod instances;
 mod shipped;
 #[path = "../reference/support.rs"]
 #[allow(dead_code)] // shared with the tests of the reference
