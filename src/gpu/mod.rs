@@ -4,6 +4,7 @@ mod adapter;
 mod instances;
 mod kernel;
 pub mod layout;
+mod light_tree;
 mod lights;
 mod primitives;
 mod scene;
@@ -13,6 +14,7 @@ mod textures;
 
 pub use adapter::{AdapterInfo, Gpu, Resource, list_adapters};
 pub use kernel::{Kernel, kernel_source};
+pub use light_tree::pays as light_tree_pays;
 pub use lights::ranks;
 pub use scene::{GpuScene, SpectrumRow};
 pub use targets::targets;
