@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::geometry::bounds_of_all;
 use crate::scene::{self, Scene};
 use crate::spectrum::{Ior, Spectrum};
+use crate::stage::{self, Stage};
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -114,7 +115,9 @@ impl GpuScene {
         let mut tables = Vec::new();
         let mut textures = Textures::default();
         let materials = materials(scene, &mut rows, &mut textures, &mut tables);
+        stage::enter(Stage::Lights);
         let lights = lights::build(scene, &mut rows, &mut textures, bounds, origin)?;
+        stage::enter(Stage::Hierarchies);
         let geometry = primitives::build(scene, bounds, origin, &lights.of_primitive)?;
         let (textures, first_uv) = textures.build(scene, &geometry);
         let mut records = lights.records;
@@ -124,6 +127,7 @@ impl GpuScene {
             }
         }
         let targets = targets::build(scene, origin, guiding);
+        stage::enter(Stage::Uploading);
         let resources = vec![
             ("bvh", gpu.table("BVH nodes", &geometry.nodes)?),
             ("primitives", gpu.table("primitives", &geometry.primitives)?),

@@ -9,6 +9,7 @@ use super::spectra::SpectrumReader;
 use super::texture::Image;
 use super::{Bins, Estimator, FilmSettings, Filter, Light, Mesh, Scene, Sensor, Shape, WavelengthSampling, gltf, image_texture};
 use crate::error::{Error, Result};
+use crate::stage::{self, Stage};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -36,6 +37,7 @@ pub struct LoadOptions {
 
 /// Loads a scene file (JSON), or a glTF file as a scene by itself.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene> {
+    stage::enter(Stage::Reading);
     let bytes = read_scene_file(path)?;
     let folder = path.parent().unwrap_or(Path::new("."));
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
