@@ -9,6 +9,7 @@ use crate::geometry::bounds_of_mesh;
 use crate::scene::{self, Mesh, Scene, Sensor};
 use glam::{DVec3, UVec4};
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 /// Tables of instances.
@@ -60,15 +61,17 @@ pub(super) fn build(
     for (index, (instance, material)) in instances.iter().enumerate() {
         let mesh = instance.mesh();
         let key = Arc::as_ptr(mesh);
-        if !known.contains_key(&key) {
-            let own = bounds_of_mesh(mesh);
-            let middle = 0.5 * (own.min + own.max);
-            let first = (out.primitives.len() / 3) as u32;
-            let (root, place) = out.append_mesh(mesh, middle, paddings[&key] as f32)?;
-            known.insert(key, Placed { root, first, middle });
-            made.meshes.push((mesh.clone(), place));
-        }
-        let placed = &known[&key];
+        let placed = match known.entry(key) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(new) => {
+                let own = bounds_of_mesh(mesh);
+                let middle = 0.5 * (own.min + own.max);
+                let first = (out.primitives.len() / 3) as u32;
+                let (root, place) = out.append_mesh(mesh, middle, paddings[&key] as f32)?;
+                made.meshes.push((mesh.clone(), place));
+                new.insert(Placed { root, first, middle })
+            }
+        };
         let number = u64::from(first_number) + u64::from(GRANULE) * owners.len() as u64;
         owners.extend(std::iter::repeat_n(index as u32, mesh.triangles.len().div_ceil(GRANULE as usize)));
         if number + mesh.triangles.len() as u64 >= u64::from(u32::MAX - GRANULE) {

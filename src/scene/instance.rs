@@ -1,11 +1,13 @@
 //! Meshes that stand in the world many times, and what is worth sharing among their places.
 
+use super::json::LARGEST_LENGTH;
 use super::load::Loader;
 use super::transform::{Flaw, check_affine};
 use super::{Geometry, Mesh, Scene, mesh};
 use crate::geometry::{Bounds, bounds_of_mesh};
 use glam::{DAffine3, DMat3, DMat4, DVec3};
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 /// Smaller meshes are never shared: what they take is less than what it costs to look them up.
@@ -107,20 +109,23 @@ impl SharedMeshes {
         let mirrored = linear.determinant() < 0.0;
         let key = (Arc::as_ptr(source), mirrored);
         let mut new = 0;
-        if !self.0.contains_key(&key) {
-            let (mut mesh, dropped) = mesh::place(source, &DMat4::IDENTITY)?;
-            let is_inside_out = mesh::is_inside_out(&mesh);
-            // The transform turns it round once more.
-            if mirrored {
-                mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        let shared = match self.0.entry(key) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(place) => {
+                let (mut mesh, dropped) = mesh::place(source, &DMat4::IDENTITY)?;
+                let is_inside_out = mesh::is_inside_out(&mesh);
+                // The transform turns it round once more.
+                if mirrored {
+                    mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+                }
+                new = mesh.triangles.len();
+                let (bounds, mesh) = (bounds_of_mesh(&mesh), Arc::new(mesh));
+                place.insert(Shared { _source: source.clone(), mesh, bounds, dropped, is_inside_out })
             }
-            new = mesh.triangles.len();
-            let (bounds, mesh) = (bounds_of_mesh(&mesh), Arc::new(mesh));
-            self.0.insert(key, Shared { _source: source.clone(), mesh, bounds, dropped, is_inside_out });
-        }
-        let shared = &self.0[&key];
+        };
         let instance = Instance::with_bounds(shared.mesh.clone(), shared.bounds, to_world);
-        if !(instance.bounds.min.abs().max(instance.bounds.max.abs()).max_element() <= super::json::LARGEST_LENGTH) {
+        let reach = instance.bounds.min.abs().max(instance.bounds.max.abs()).max_element();
+        if !reach.is_finite() || reach > LARGEST_LENGTH {
             return Err(("the mesh reaches beyond 1e9 m".into(), "use metres: scale the mesh down".into()));
         }
         Ok(Some((instance, shared.dropped, new)))
