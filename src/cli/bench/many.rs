@@ -21,6 +21,8 @@ use std::sync::Arc;
 /// Batches for the error, and their samples of a pixel.
 const BATCHES: u32 = 16;
 const SPP: u32 = 4;
+/// Balls of the scenes of many materials.
+const BALLS: u32 = 10_000;
 /// Side of the hall, m.
 const SIDE: f64 = 40.0;
 
@@ -41,8 +43,7 @@ pub fn run(args: &Args, report: &mut Report) -> Result<()> {
             return Ok(());
         }
     }
-    let cases =
-        [10, 1000, 10_000].map(|count| case(format!("{count} materials"), materials(count), 0, (count > 10).then_some(2.0)));
+    let cases = [1, 100, BALLS].map(|count| case(format!("{BALLS} balls, {count} materials"), materials(count), 0, None));
     measure(args, "materials", &cases.into_iter().collect::<Result<Vec<_>>>()?, report)?;
     let shared = instances()?;
     let own = shared.flattened();
@@ -127,18 +128,21 @@ fn lights(count: u32) -> Result<Scene> {
     Ok(scene)
 }
 
-/// The hall with a ball for each of so many materials.
+/// The hall with balls of so many materials.
 fn materials(count: u32) -> Result<Scene> {
     let mut scene = hall(r#", "lights": [{"constant": {"radiance": 1}}]"#)?;
     scene.shapes.truncate(1);
-    let across = f64::from(count).sqrt().ceil();
+    let first = scene.materials.len();
+    scene.materials.extend((0..count).map(|i| {
+        let reflectance = Spectrum::Constant(0.2 + 0.6 * f64::from(i) / f64::from(count)).into();
+        Material::Diffuse { reflectance }
+    }));
+    let across = f64::from(BALLS).sqrt().ceil();
     let radius = 0.4 * SIDE / across;
-    for i in 0..count {
+    for i in 0..BALLS {
         let at = |v: f64| ((v + 0.5) / across - 0.5) * SIDE;
         let center = dvec3(at((f64::from(i) % across).floor()), radius, at((f64::from(i) / across).floor()));
-        let reflectance = Spectrum::Constant(0.2 + 0.6 * f64::from(i) / f64::from(count)).into();
-        scene.materials.push(Material::Diffuse { reflectance });
-        let (geometry, material) = (Geometry::Sphere { center, radius }, scene.materials.len() - 1);
+        let (geometry, material) = (Geometry::Sphere { center, radius }, first + (i % count) as usize);
         scene.shapes.push(Shape { name: format!("ball {i}"), geometry, material, emission: None });
     }
     Ok(scene)
