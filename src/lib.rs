@@ -12,11 +12,13 @@ pub mod film;
 pub mod geometry;
 pub mod gpu;
 pub mod integrator;
+pub mod memory;
 pub mod output;
 pub mod reference;
 pub mod render;
 pub mod scene;
 pub mod spectrum;
+pub mod stage;
 pub mod validate;
 
 pub use error::{Error, Result};

@@ -336,3 +336,13 @@ mod signals {
         only_whole_files(&folder.0);
     }
 }
+
+#[test]
+fn a_scene_that_needs_more_memory_than_is_allowed_ends_in_one_line() {
+    let folder = Folder::new("memory");
+    let render = ["render", "ball.json", "--device", "reference", "--spp", "1", "--max-memory"];
+    fails(&folder, &[&render[..], &["20K"]].concat(), &["more memory than the 20.0 KiB of --max-memory", "allow more"]);
+    fails(&folder, &[&render[..], &["much"]].concat(), &["write a size, as in 500M or 2G"]);
+    let output = folder.run(&[&render[..], &["1G"]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+}

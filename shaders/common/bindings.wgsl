@@ -3,7 +3,6 @@
 // (measured on lavapipe: rays/s).
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var bvh: Table;
-@group(0) @binding(2) var primitives: Table;
 #if CAMERA_PATHS || LIGHT_PATHS || INTERIORS
 @group(0) @binding(3) var materials: Table;
 
@@ -47,12 +46,4 @@ fn light_at(i: u32) -> Light {
 #endif
 #endif
 
-// Row `i` of primitives: three to a primitive.
-fn primitive_row(i: u32) -> vec4f {
-    return bitcast<vec4f>(fetch(primitives, i));
-}
-
-// Index of its material.
-fn material_of(primitive: u32) -> u32 {
-    return bitcast<u32>(primitive_row(3u * primitive).w) & 0x3fffffffu;
-}
+#include "geometry/primitives.wgsl"

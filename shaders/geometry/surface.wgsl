@@ -6,25 +6,23 @@ struct Surface {
     n: vec3f, // geometric normal, outward
     primitive: u32,
     ns: vec3f, // shading normal, on the side of n
-    shape: u32,
     light: u32, // index of the light that this primitive is, or NONE
     arrival: vec3f, // direction of the ray that arrives
     on_ray: vec3f, // where it does, as the ray has it: less exact than p along n, but not beside the ray
 }
 
 fn surface_at(ray: Ray, hit: Hit) -> Surface {
-    let r0 = primitive_row(3u * hit.primitive);
-    let r1 = primitive_row(3u * hit.primitive + 1u);
-    let r2 = primitive_row(3u * hit.primitive + 2u);
-    let word = bitcast<u32>(r0.w);
+    let primitive = primitive_at(hit.primitive);
+    let r0 = primitive.r0;
+    let r1 = primitive.r1;
+    let r2 = primitive.r2;
     var s: Surface;
     s.arrival = ray.d;
     s.on_ray = ray.o + hit.t * ray.d;
     s.primitive = hit.primitive;
-    s.shape = word & 0x3fffffffu;
     s.light = bitcast<u32>(r1.w);
 #if QUADRICS
-    let kind = word >> 30u;
+    let kind = bitcast<u32>(r0.w) >> 29u;
     if (kind != PRIMITIVE_TRIANGLE) {
         let q = ray.o + hit.t * ray.d - r0.xyz;
         if (kind == PRIMITIVE_SPHERE) {
@@ -52,7 +50,18 @@ fn surface_at(ray: Ray, hit: Hit) -> Surface {
 #if SMOOTH_NORMALS
     let at = bitcast<u32>(r2.w);
     if (at != NONE) {
-        let ns = b.x * bitcast<vec4f>(fetch(normals, at)).xyz + b.y * bitcast<vec4f>(fetch(normals, at + 1u)).xyz + b.z * bitcast<vec4f>(fetch(normals, at + 2u)).xyz;
+        var n0 = bitcast<vec4f>(fetch(normals, at)).xyz;
+        var n1 = bitcast<vec4f>(fetch(normals, at + 1u)).xyz;
+        var n2 = bitcast<vec4f>(fetch(normals, at + 2u)).xyz;
+#if INSTANCES
+        if (primitive.instance != NONE) {
+            let i = load_Instance(instances, primitive.instance);
+            n0 = carry_normal(i, n0);
+            n1 = carry_normal(i, n1);
+            n2 = carry_normal(i, n2);
+        }
+#endif
+        let ns = b.x * n0 + b.y * n1 + b.z * n2;
         let length_squared = dot(ns, ns);
         if (length_squared > 0.0) {
             s.ns = ns * inverseSqrt(length_squared);

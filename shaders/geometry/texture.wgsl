@@ -2,15 +2,16 @@
 // upsampled colours; what is interpolated are spectra. A look-up writes all lanes at once, so that materials and lights read it like any spectrum.
 
 // Texture coordinates of the point `p` of a triangle.
-fn uv_at(primitive: u32, p: vec3f) -> vec2f {
-    let p0 = primitive_row(3u * primitive).xyz;
-    let e1 = primitive_row(3u * primitive + 1u).xyz - p0;
-    let e2 = primitive_row(3u * primitive + 2u).xyz - p0;
+fn uv_at(number: u32, p: vec3f) -> vec2f {
+    let primitive = primitive_at(number);
+    let p0 = primitive.r0.xyz;
+    let e1 = primitive.r1.xyz - p0;
+    let e2 = primitive.r2.xyz - p0;
     let n = cross(e1, e2);
     let scale = 1.0 / max(dot(n, n), 1e-37);
     let b1 = dot(cross(p - p0, e2), n) * scale;
     let b2 = dot(cross(e1, p - p0), n) * scale;
-    let at = FIRST_UV + 2u * primitive;
+    let at = FIRST_UV + 2u * primitive.place;
     let ab = bitcast<vec4f>(fetch(textures, at));
     let c = bitcast<vec4f>(fetch(textures, at + 1u)).xy;
     return (1.0 - b1 - b2) * ab.xy + b1 * ab.zw + b2 * c;
@@ -90,10 +91,11 @@ fn filtered_spectrum(f: Filtered, k: u32) -> vec4f {
 fn mapped_normal(index: u32, s: Surface) -> vec3f {
     let f = filter_texels(index, s.primitive, s.p);
     let n = f.weights.x * f.c00.xyz + f.weights.y * f.c10.xyz + f.weights.z * f.c01.xyz + f.weights.w * f.c11.xyz;
-    let p0 = primitive_row(3u * s.primitive).xyz;
-    let e1 = primitive_row(3u * s.primitive + 1u).xyz - p0;
-    let e2 = primitive_row(3u * s.primitive + 2u).xyz - p0;
-    let at = FIRST_UV + 2u * s.primitive;
+    let primitive = primitive_at(s.primitive);
+    let p0 = primitive.r0.xyz;
+    let e1 = primitive.r1.xyz - p0;
+    let e2 = primitive.r2.xyz - p0;
+    let at = FIRST_UV + 2u * primitive.place;
     let ab = bitcast<vec4f>(fetch(textures, at));
     let d1 = ab.zw - ab.xy;
     let d2 = bitcast<vec4f>(fetch(textures, at + 1u)).xy - ab.xy;

@@ -114,16 +114,44 @@ fn hit_children(
     return mask.x | mask.y | mask.z | mask.w;
 }
 
-fn trace(ray: Ray) -> Hit {
-    var hit = no_hit(ray.t_max);
+// A ray as boxes see it.
+struct Slopes {
+    o: vec3f,
+    inv_d: vec3f,
+    negative: vec3<bool>,
+    oct_inv4: u32,
+}
+
+fn slopes(o: vec3f, d: vec3f) -> Slopes {
     // A direction component of zero would turn a slab into 0 * infinity.
     let tiny = vec3f(1e-30);
-    let inv_d = 1.0 / select(ray.d, select(-tiny, tiny, ray.d >= vec3f(0.0)), abs(ray.d) < tiny);
-    let negative = ray.d < vec3f(0.0);
+    let inv_d = 1.0 / select(d, select(-tiny, tiny, d >= vec3f(0.0)), abs(d) < tiny);
+    let negative = d < vec3f(0.0);
     let oct_inv4 = select(4u, 0u, negative.x) * 0x01010101u | select(2u, 0u, negative.y) * 0x01010101u | select(1u, 0u, negative.z) * 0x01010101u;
+    return Slopes(o, inv_d, negative, oct_inv4);
+}
+
+#if INSTANCES
+// The space of the hierarchy that is being searched: the world's, or a mesh's in one of its places.
+struct Space {
+    to_world: Affine,
+    first_number: u32, // of a primitive less its place in the table
+}
+
+const WORLD = Space(Affine(vec4f(1.0, 0.0, 0.0, 0.0), vec4f(0.0, 1.0, 0.0, 0.0), vec4f(0.0, 0.0, 1.0, 0.0)), 0u);
+#endif
+
+fn trace(ray: Ray) -> Hit {
+    var hit = no_hit(ray.t_max);
+    var seen = slopes(ray.o, ray.d);
     var nodes = vec2u(0u, 0x80000000u);
     var primitives_left = vec2u(0u);
     var depth = 0u;
+#if INSTANCES
+    var space = WORLD;
+    var in_mesh = false;
+    var bottom = 0u; // of the stack, as far as the present space goes
+#endif
     loop {
         if ((nodes.y & 0xff000000u) != 0u) {
             let bit = firstLeadingBit(nodes.y);
@@ -134,7 +162,7 @@ fn trace(ray: Ray) -> Hit {
                 traversal_stack[depth] = nodes;
                 depth += 1u;
             }
-            let slot = (bit - 24u) ^ (oct_inv4 & 0xffu);
+            let slot = (bit - 24u) ^ (seen.oct_inv4 & 0xffu);
 #if COUNTED
             nodes_tested += 1u;
 #endif
@@ -145,17 +173,17 @@ fn trace(ray: Ray) -> Hit {
             let ny = fetch(bvh, at + 3u);
             let nz = fetch(bvh, at + 4u);
             let exponents = vec3u(n0.w & 0xffu, (n0.w >> 8u) & 0xffu, (n0.w >> 16u) & 0xffu);
-            let scale = bitcast<vec3f>(exponents << vec3u(23u)) * inv_d;
-            let origin = (bitcast<vec3f>(n0.xyz) - ray.o) * inv_d;
-            let lo_x = select(nx.xy, nx.zw, negative.x);
-            let hi_x = select(nx.zw, nx.xy, negative.x);
-            let lo_y = select(ny.xy, ny.zw, negative.y);
-            let hi_y = select(ny.zw, ny.xy, negative.y);
-            let lo_z = select(nz.xy, nz.zw, negative.z);
-            let hi_z = select(nz.zw, nz.xy, negative.z);
+            let scale = bitcast<vec3f>(exponents << vec3u(23u)) * seen.inv_d;
+            let origin = (bitcast<vec3f>(n0.xyz) - seen.o) * seen.inv_d;
+            let lo_x = select(nx.xy, nx.zw, seen.negative.x);
+            let hi_x = select(nx.zw, nx.xy, seen.negative.x);
+            let lo_y = select(ny.xy, ny.zw, seen.negative.y);
+            let hi_y = select(ny.zw, ny.xy, seen.negative.y);
+            let lo_z = select(nz.xy, nz.zw, seen.negative.z);
+            let hi_z = select(nz.zw, nz.xy, seen.negative.z);
             let t_far = hit.t + contact_slack(ray, hit.t);
-            let mask = hit_children(n1.z, oct_inv4, lo_x.x, lo_y.x, lo_z.x, hi_x.x, hi_y.x, hi_z.x, scale, origin, t_far)
-                | hit_children(n1.w, oct_inv4, lo_x.y, lo_y.y, lo_z.y, hi_x.y, hi_y.y, hi_z.y, scale, origin, t_far);
+            let mask = hit_children(n1.z, seen.oct_inv4, lo_x.x, lo_y.x, lo_z.x, hi_x.x, hi_y.x, hi_z.x, scale, origin, t_far)
+                | hit_children(n1.w, seen.oct_inv4, lo_x.y, lo_y.y, lo_z.y, hi_x.y, hi_y.y, hi_z.y, scale, origin, t_far);
             nodes = vec2u(n1.x, (mask & 0xff000000u) | (n0.w >> 24u));
             primitives_left = vec2u(n1.y, mask & 0x00ffffffu);
         }
@@ -165,38 +193,99 @@ fn trace(ray: Ray) -> Hit {
 #if COUNTED
             primitives_tested += 1u;
 #endif
+#if INSTANCES
+            let instance = intersect_primitive(ray, space, primitives_left.x + bit, &hit);
+            if (instance != NONE) {
+                // What is left here waits.
+                if ((nodes.y & 0xff000000u) != 0u) {
+                    traversal_stack[depth] = nodes;
+                    depth += 1u;
+                }
+                if (primitives_left.y != 0u) {
+                    traversal_stack[depth] = primitives_left;
+                    depth += 1u;
+                }
+                let i = load_Instance(instances, instance);
+                space = Space(to_world(i), i.first_number);
+                seen = slopes(carry_point(to_mesh(i), ray.o), carry_direction(to_mesh(i), ray.d));
+                in_mesh = true;
+                bottom = depth;
+                nodes = vec2u(i.root, 0x80000000u);
+                primitives_left = vec2u(0u);
+            }
+#else
             intersect_primitive(ray, primitives_left.x + bit, &hit);
+#endif
         }
         if (ray.any_hit && hit.primitive != NONE) {
             break;
         }
         if ((nodes.y & 0xff000000u) == 0u) {
+#if INSTANCES
+            if (in_mesh && depth == bottom) {
+                space = WORLD;
+                seen = slopes(ray.o, ray.d);
+                in_mesh = false;
+            }
+#endif
             if (depth == 0u) {
                 break;
             }
             depth -= 1u;
             nodes = traversal_stack[depth];
+#if INSTANCES
+            if ((nodes.y & 0xff000000u) == 0u) {
+                primitives_left = nodes;
+                nodes = vec2u(0u);
+            }
+#endif
         }
     }
     return hit;
 }
 
-fn intersect_primitive(ray: Ray, primitive: u32, hit: ptr<function, Hit>) {
-    if (primitive == ray.to_primitive) {
-        return;
+// Offers the primitive at `place` in the table to `hit`. An instance's index is returned instead, so that its mesh is searched; else NONE.
+fn intersect_primitive(
+    ray: Ray,
+#if INSTANCES
+    space: Space,
+#endif
+    place: u32,
+    hit: ptr<function, Hit>,
+) -> u32 {
+    var number = place;
+#if INSTANCES
+    number += space.first_number;
+#endif
+    if (number == ray.to_primitive) {
+        return NONE;
     }
-    let r0 = primitive_row(3u * primitive);
-    let r1 = primitive_row(3u * primitive + 1u);
-    let r2 = primitive_row(3u * primitive + 2u);
+    let r0 = primitive_row(3u * place);
+    let r1 = primitive_row(3u * place + 1u);
+    let r2 = primitive_row(3u * place + 2u);
+#if QUADRICS || INSTANCES
+    let kind = bitcast<u32>(r0.w) >> 29u;
+#endif
+#if INSTANCES
+    if (kind == PRIMITIVE_INSTANCE) {
+        return bitcast<u32>(r2.x);
+    }
+#endif
 #if QUADRICS
-    let kind = bitcast<u32>(r0.w) >> 30u;
     if (kind != PRIMITIVE_TRIANGLE) {
-        intersect_quadric(ray, primitive, kind, r0.xyz, r1.xyz, r2.xyz, hit);
-        return;
+        intersect_quadric(ray, number, kind, r0.xyz, r1.xyz, r2.xyz, hit);
+        return NONE;
     }
 #endif
     // A ray cannot meet again the plane that it leaves.
-    if (primitive != ray.from_primitive) {
-        intersect_triangle(ray, primitive, r0.xyz, r1.xyz, r2.xyz, hit);
+    if (number != ray.from_primitive) {
+#if INSTANCES
+        // Met in the world, where neighbours have the same corners.
+        let m = space.to_world;
+        intersect_triangle(ray, number, carry_point(m, r0.xyz), carry_point(m, r1.xyz), carry_point(m, r2.xyz), hit);
+#else
+        intersect_triangle(ray, number, r0.xyz, r1.xyz, r2.xyz, hit);
+#endif
     }
+    return NONE;
 }

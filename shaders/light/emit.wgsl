@@ -155,7 +155,8 @@ fn emit() -> Ray {
 #if LIGHT_SAMPLES
 // Density of a light sample of the point that this path comes from, seen from `p`, its first vertex.
 fn light_density_at(p: vec3f) -> f32 {
-    let light = light_at(path.light);
+    var light = light_at(path.light);
+    light.probability = probability_of_choice(light, path.light, p);
     let v = p - path.last_vertex;
     let d2 = dot(v, v);
     switch light.kind {

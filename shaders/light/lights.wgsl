@@ -35,6 +35,15 @@ fn choose_light(u: f32) -> u32 {
     return select(light_at(i).alias_index, i, x - f32(i) < light_at(i).alias_threshold);
 }
 
+#if LIGHT_TREE
+#include "light/tree.wgsl"
+#else
+// Probability that a camera path at `p` chooses light `index`.
+fn probability_of_choice(light: Light, index: u32, p: vec3f) -> f32 {
+    return light.probability;
+}
+#endif
+
 #if LIGHT_SPHERE
 // 1 - cos of the angle that a sphere subtends, without cancellation for small and distant ones.
 fn sphere_one_minus_cos(radius: f32, distance_squared: f32) -> f32 {
@@ -47,17 +56,18 @@ fn sphere_one_minus_cos(radius: f32, distance_squared: f32) -> f32 {
 // pdf per solid angle at `p` of hitting light `index` at distance `t` with the normal `n` against direction `d`.
 fn pdf_area_light(index: u32, p: vec3f, t: f32, d: vec3f, n: vec3f) -> f32 {
     let light = light_at(index);
+    let probability = probability_of_choice(light, index, p);
 #if LIGHT_SPHERE
     if (light.kind == LIGHT_KIND_SPHERE) {
         let v = light.p0.xyz - p;
         let r = light.p2.x;
         let d2 = dot(v, v);
         if (d2 > r * r) {
-            return light.probability / (2.0 * PI * sphere_one_minus_cos(r, d2));
+            return probability / (2.0 * PI * sphere_one_minus_cos(r, d2));
         }
     }
 #endif
-    return light.probability * t * t / (light.area * max(abs(dot(n, d)), 1e-20));
+    return probability * t * t / (light.area * max(abs(dot(n, d)), 1e-20));
 }
 
 // Normal of a light's surface at its point `p`.
@@ -210,8 +220,18 @@ fn sample_area_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
 #if LIGHT_SAMPLES
 // Light incident at `p`, from one light of the scene.
 fn sample_light(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
+#if LIGHT_TREE
+    let choice = choose_light_for(p, u_choice);
+    if (choice.index == NONE) {
+        return no_light();
+    }
+    let index = choice.index;
+    var light = light_at(index);
+    light.probability = choice.probability;
+#else
     let index = choose_light(u_choice);
     let light = light_at(index);
+#endif
     var s = sample_light_of(light, p, u);
 #if CAUSTICS
     s.index = index;

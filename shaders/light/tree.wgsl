@@ -1,5 +1,5 @@
 // Which light to sample: those that have a place by a tree over them (Conty Estevez & Kulla 2018; src/gpu/light_tree.rs), the others by their share.
-@group(0) @binding(20) var light_tree: Table;
+@group(0) @binding(22) var light_tree: Table;
 
 fn light_node(i: u32) -> LightNode {
     return load_LightNode(light_tree, i);
@@ -33,6 +33,8 @@ fn light_importance(node: LightNode, p: vec3f) -> f32 {
     return nearest * max(cos_rest, 0.0);
 }
 
+const FRESH_LEVEL = 8u;
+
 struct LightChoice {
     index: u32, // or NONE, where no light can shine
     probability: f32,
@@ -40,6 +42,8 @@ struct LightChoice {
 
 // A light for the point `p`.
 fn choose_light_for(p: vec3f, u_choice: f32) -> LightChoice {
+    // Every level of the tree uses up a digit or more: halfway down a number has none left.
+    let fresh = next_1d();
     var u = u_choice;
     if (TREE_SHARE < 1.0 && u >= TREE_SHARE) {
         var left = u - TREE_SHARE;
@@ -56,7 +60,10 @@ fn choose_light_for(p: vec3f, u_choice: f32) -> LightChoice {
     u /= TREE_SHARE;
     var probability = TREE_SHARE;
     var node = light_node(0u);
+    var level = 0u;
     while (node.child != NONE && probability > 0.0) {
+        u = select(u, fresh, level == FRESH_LEVEL);
+        level += 1u;
         let first = light_node(node.child);
         let second = light_node(node.child + 1u);
         let a = light_importance(first, p);
@@ -73,8 +80,8 @@ fn choose_light_for(p: vec3f, u_choice: f32) -> LightChoice {
     return LightChoice(select(NONE, node.light & 0x7fffffffu, probability > 0.0), probability);
 }
 
-// Probability that light `index` is chosen for `p`.
-fn light_choice(light: Light, index: u32, p: vec3f) -> f32 {
+// Probability that a camera path at `p` chooses light `index`.
+fn probability_of_choice(light: Light, index: u32, p: vec3f) -> f32 {
     if (index >= TREE_LIGHTS) {
         return light.probability;
     }

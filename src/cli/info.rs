@@ -129,8 +129,7 @@ fn describe_scene(scene: &Scene) -> Facts {
 
 /// The numbers of a scene's parts.
 pub fn summary(scene: &Scene) -> String {
-    let triangles: usize =
-        scene.shapes.iter().map(|s| if let Geometry::Mesh(mesh) = &s.geometry { mesh.triangles.len() } else { 0 }).sum();
+    let triangles: usize = scene.shapes.iter().map(|s| triangles(&s.geometry)).sum();
     let emitters = scene.shapes.iter().filter(|s| s.emission.is_some()).count();
     format!(
         "{} shapes with {triangles} triangles, {} materials, {} lights, {} interiors",
@@ -139,6 +138,15 @@ pub fn summary(scene: &Scene) -> String {
         emitters + scene.lights.len(),
         scene.interiors.len().saturating_sub(1)
     )
+}
+
+/// Triangles of a shape; each instance of a mesh has them all.
+fn triangles(geometry: &Geometry) -> usize {
+    match geometry {
+        Geometry::Mesh(mesh) => mesh.triangles.len(),
+        Geometry::Instance(instance) => instance.mesh().triangles.len(),
+        _ => 0,
+    }
 }
 
 /// What measures the light, in words.

@@ -114,6 +114,15 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// Ends the process, which would need more memory than `--max-memory` allows.
+pub(crate) fn end_for_memory(most: u64) -> ! {
+    let allowed = print::bytes(most);
+    print::error(&format!(
+        "the scene needs more memory than the {allowed} of --max-memory; allow more, or render a smaller scene or film"
+    ));
+    std::process::exit(i32::from(FAILED))
+}
+
 /// How a command ended that did not fail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Done {

@@ -34,6 +34,14 @@ pub fn error(text: &str) {
     note(&format!("error: {}", text.split_whitespace().collect::<Vec<_>>().join(" ")));
 }
 
+/// Bytes in the unit that suits them.
+pub fn bytes(n: u64) -> String {
+    let units = ["bytes", "KiB", "MiB", "GiB", "TiB"];
+    let step = (n.max(1).ilog2() / 10).min(4);
+    let value = n as f64 / f64::from(1u32 << (10 * step.min(3))) / if step == 4 { 1024.0 } else { 1.0 };
+    if step == 0 { format!("{n} bytes") } else { format!("{value:.1} {}", units[step as usize]) }
+}
+
 /// `1234567` as `1.23 M`.
 pub fn si(value: f64) -> String {
     let (scale, unit) = match value.abs() {

@@ -2,12 +2,14 @@
 
 use super::load::SceneArgs;
 use super::print::{duration, note, out, percent, si};
-use super::{Done, Outcome, device, interrupt, progress::Bar, values};
+use super::progress::{Bar, Stages};
+use super::{Done, Outcome, device, interrupt, values};
 use crate::color::cie::{is_visible, lacks_for_colour};
 use crate::color::picture::{AUTO_SHARE, Development, auto_exposure};
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::first_hits::albedos;
+use crate::memory;
 use crate::output::exr::Aovs;
 use crate::output::picture::Precision;
 use crate::output::{Provenance, check_writable, write_exr, write_picture};
@@ -51,6 +53,9 @@ pub struct Args {
     /// Extra channels in the EXR, with commas between: standard errors; depth, normal and albedo of what is seen first
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     aov: Vec<Aov>,
+    /// End if loading and set-up need more memory than this, as in 500M or 2G (what the adapter holds counts, too)
+    #[arg(long, value_name = "SIZE", value_parser = values::memory)]
+    max_memory: Option<u64>,
     /// Print nothing but errors
     #[arg(long, conflicts_with = "json")]
     quiet: bool,
@@ -93,21 +98,26 @@ impl From<StopArgs> for Stop {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let (exr, png) = output_paths(args)?;
+    let talkative = !args.quiet && !args.json;
+    memory::limit(args.max_memory);
+    let stages = Stages::show(!talkative);
     let scene = args.scene.overrides.load(&args.scene.path)?;
     let bins = &scene.film.bins;
     let png = is_visible(bins.min_nm, bins.max_nm).then_some(png);
     // Before the work, not after it.
     [Some(&exr), png.as_ref()].into_iter().flatten().try_for_each(|path| check_writable(path))?;
-    let talkative = !args.quiet && !args.json;
     if talkative {
         let end = if png.is_none() { "; no picture is made" } else { "" };
         let lack = lacks_for_colour(bins.min_nm, bins.max_nm).map(|lack| lack + end);
-        scene.notes.iter().chain(&lack).for_each(|n| note(&format!("note: {n}")));
+        stages.aside(|| scene.notes.iter().chain(&lack).for_each(|n| note(&format!("note: {n}"))));
     }
     let setup = Instant::now();
     let mut film = Film::try_new(&scene.film)?;
     let mut device = device::open(&scene, args.device.as_deref(), args.seed, &args.techniques)?;
     let setup = setup.elapsed();
+    drop(stages);
+    // What rendering takes is known by now, and what it has found is not to be lost.
+    memory::limit(None);
     // Before the work too: what fails here fails at once.
     let wants_first_hits = args.aov.iter().any(|aov| *aov != Aov::Error);
     let first_hits =

@@ -26,6 +26,21 @@ pub fn time(text: &str) -> Result<Duration, String> {
     }
 }
 
+/// `500M`, `2G`, `2GiB`: bytes, by powers of 1024.
+pub fn memory(text: &str) -> Result<u64, String> {
+    let number = text.trim_end_matches("iB").trim_end_matches('B');
+    let (number, unit) = match number.char_indices().next_back() {
+        Some((at, 'K')) => (&number[..at], 10),
+        Some((at, 'M')) => (&number[..at], 20),
+        Some((at, 'G')) => (&number[..at], 30),
+        _ => (number, 0),
+    };
+    match number.trim_end().parse::<f64>().map(|n| n * f64::from(1u32 << unit)) {
+        Ok(bytes) if (1.0..1e18).contains(&bytes) => Ok(bytes as u64),
+        _ => Err("write a size, as in 500M or 2G".to_string()),
+    }
+}
+
 /// `2%` or `0.02`, as a fraction.
 pub fn error(text: &str) -> Result<f64, String> {
     let value = match text.strip_suffix('%') {

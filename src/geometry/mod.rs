@@ -38,12 +38,8 @@ impl Bounds {
 /// Bounding box of a shape's geometry.
 pub fn bounds(geometry: &Geometry) -> Bounds {
     match geometry {
-        Geometry::Mesh(mesh) => mesh
-            .triangles
-            .iter()
-            .flatten()
-            .map(|&i| mesh.positions[i as usize])
-            .fold(Bounds::EMPTY, |b, p| b.union(Bounds { min: p, max: p })),
+        Geometry::Mesh(mesh) => bounds_of_mesh(mesh),
+        Geometry::Instance(instance) => instance.bounds(),
         Geometry::Sphere { center, radius } => Bounds { min: center - radius, max: center + radius },
         Geometry::Disc { center, normal, radius } => {
             let half = disc_half_extent(*normal, *radius);
@@ -55,6 +51,12 @@ pub fn bounds(geometry: &Geometry) -> Bounds {
             Bounds { min: base.min(top) - half, max: base.max(top) + half }
         }
     }
+}
+
+/// Bounding box of a mesh's triangles.
+pub fn bounds_of_mesh(mesh: &Mesh) -> Bounds {
+    let corners = mesh.triangles.iter().flatten().map(|&i| mesh.positions[i as usize]);
+    corners.fold(Bounds::EMPTY, |b, p| b.union(Bounds { min: p, max: p }))
 }
 
 /// Half extents of the box around a disc: radius times the sine of the angle between normal and axis.
@@ -72,10 +74,12 @@ pub fn corners(mesh: &Mesh, t: usize) -> [DVec3; 3] {
     mesh.triangles[t].map(|i| mesh.positions[i as usize])
 }
 
-/// Surface area of a shape's geometry, m^2.
+/// Surface area of one side of a shape's geometry, m^2.
 pub fn area(geometry: &Geometry) -> f64 {
+    let of_mesh = |mesh: &Mesh| (0..mesh.triangles.len()).map(|t| triangle_area(corners(mesh, t))).sum();
     match geometry {
-        Geometry::Mesh(mesh) => (0..mesh.triangles.len()).map(|t| triangle_area(corners(mesh, t))).sum(),
+        Geometry::Mesh(mesh) => of_mesh(mesh),
+        Geometry::Instance(instance) => of_mesh(&instance.flattened()),
         Geometry::Sphere { radius, .. } => 4.0 * PI * radius * radius,
         Geometry::Disc { radius, .. } => PI * radius * radius,
         Geometry::Cylinder { length, radius, .. } => 2.0 * PI * radius * length,

@@ -2,6 +2,7 @@
 
 use super::layout::TABLE_WIDTH;
 use crate::error::{Error, Result};
+use crate::memory;
 use std::fmt;
 
 /// What the user is told about an adapter.
@@ -153,6 +154,7 @@ impl Gpu {
             ));
         }
         bytes.resize((width * height) as usize * 16, 0);
+        memory::count_on_adapter(bytes.len() as u64);
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         let texture = self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(label),
@@ -198,6 +200,7 @@ impl Gpu {
                 "use a smaller scene or another adapter",
             ));
         }
+        memory::count_on_adapter(size);
         Ok(Resource::Buffer(self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
             size: size.next_multiple_of(16),

@@ -60,7 +60,7 @@ use glam::{UVec4, Vec4};
 shared_constants! {
     /// "Nothing", for indices.
     NO_INDEX = 0xffffffff;
-    /// Kinds of primitives, in the two top bits of a primitive's first word.
+    /// Kinds of primitives, in the three top bits of a primitive's first word.
     PRIMITIVE_TRIANGLE = 0;
     /// Sphere.
     PRIMITIVE_SPHERE = 1;
@@ -68,6 +68,10 @@ shared_constants! {
     PRIMITIVE_DISC = 2;
     /// Lateral surface of a cylinder.
     PRIMITIVE_CYLINDER = 3;
+    /// A mesh in one of its places: the least and greatest corner of its box, its index.
+    PRIMITIVE_INSTANCE = 4;
+    /// Numbers of primitives that belong to one instance come in groups of so many.
+    GRANULE = 1024;
     /// Kinds of materials. `a`, `b`, `c`: reflectance row.
     MATERIAL_KIND_DIFFUSE = 0;
     /// Needs its interior only.
@@ -266,6 +270,46 @@ shared_records! {
         pad_0: u32,
         /// Unused.
         pad_1: u32,
+    }
+
+    /// Lights of the tree over them.
+    struct LightNode {
+        /// Around the lights: centre, radius.
+        sphere: Vec4,
+        /// Axis of their normals, cosine of the greatest angle to it.
+        cone: Vec4,
+        /// Sine of that angle.
+        sin_angle: f32,
+        /// Share of the scene's light.
+        share: f32,
+        /// First of two children, or NO_INDEX for a single light.
+        child: u32,
+        /// Index of the light; the top bit is 1 if some emit on both sides.
+        light: u32,
+    }
+
+    /// A mesh in one of its places.
+    struct Instance {
+        /// Row of the transform from the mesh's space to the world's.
+        to_world_x: Vec4,
+        /// Row of it.
+        to_world_y: Vec4,
+        /// Row of it.
+        to_world_z: Vec4,
+        /// Row of the transform back.
+        to_mesh_x: Vec4,
+        /// Row of it.
+        to_mesh_y: Vec4,
+        /// Row of it.
+        to_mesh_z: Vec4,
+        /// First node of the mesh's hierarchy.
+        root: u32,
+        /// Number of a primitive less its place in the table (wraps around).
+        first_number: u32,
+        /// Index of the material.
+        material: u32,
+        /// Unused.
+        pad_0: u32,
     }
 
     /// A light, or one primitive of an emitting shape.

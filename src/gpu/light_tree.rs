@@ -2,7 +2,8 @@
 //! many lights with adaptive tree splitting", HPG 2018; traversal: shaders/light/tree.wgsl).
 
 use super::layout::{LightNode, NO_INDEX};
-use crate::geometry::Bounds;
+use crate::geometry::{Bounds, bounds, corners, triangle_area};
+use crate::scene::{Geometry, Light, Scene};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -13,25 +14,25 @@ const BUCKETS: usize = 12;
 
 /// Directions of normals: all within `angle` of `axis`; over all of them light leaves up to a right angle away.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cone {
-    pub axis: DVec3,
+struct Cone {
+    axis: DVec3,
     /// Radians; pi for every direction.
-    pub angle: f64,
+    angle: f64,
 }
 
 /// A light, or what several come to.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TreeLight {
-    pub bounds: Bounds,
-    pub cone: Cone,
-    pub two_sided: bool,
+    bounds: Bounds,
+    cone: Cone,
+    two_sided: bool,
     /// Share of the scene's light.
     pub share: f64,
 }
 
 impl Cone {
     /// Everything.
-    pub const ALL: Cone = Cone { axis: DVec3::Z, angle: PI };
+    const ALL: Cone = Cone { axis: DVec3::Z, angle: PI };
 
     fn union(self, b: Cone) -> Cone {
         let (a, b) = if self.angle >= b.angle { (self, b) } else { (b, self) };
@@ -70,6 +71,21 @@ impl TreeLight {
         self.share * (d.x * d.y + d.y * d.z + d.z * d.x) * self.cone.measure()
     }
 
+    /// What it could send to `p`, as shaders/light/tree.wgsl has it.
+    fn importance(&self, p: DVec3) -> f64 {
+        let radius = 0.5 * (self.bounds.max - self.bounds.min).length();
+        let v = p - self.center();
+        let d2 = v.length_squared();
+        let nearest = self.share / d2.max(radius * radius).max(1e-30);
+        if d2 <= radius * radius {
+            return nearest;
+        }
+        let cos = self.cone.axis.dot(v) / d2.sqrt();
+        let away = if self.two_sided { cos.abs() } else { cos }.clamp(-1.0, 1.0).acos();
+        let rest = (away - self.cone.angle - (radius / d2.sqrt()).asin()).max(0.0);
+        nearest * rest.cos().max(0.0)
+    }
+
     fn center(&self) -> DVec3 {
         0.5 * (self.bounds.min + self.bounds.max)
     }
@@ -89,6 +105,108 @@ impl TreeLight {
             light: light | u32::from(self.two_sided) << 31,
         }
     }
+}
+
+/// The lights of a scene that have a place, in the order of their records (lights.rs), each with its power as its share.
+pub(super) fn placed(scene: &Scene) -> Vec<TreeLight> {
+    let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
+    let mut out = Vec::new();
+    for shape in &scene.shapes {
+        let Some(emission) = shape.emission.as_ref().filter(|e| !e.radiance.is_zero()) else { continue };
+        let two_sided = emission.two_sided;
+        let exitance = PI * emission.radiance.mean(lo, hi) * if two_sided { 2.0 } else { 1.0 };
+        match &shape.geometry {
+            Geometry::Mesh(mesh) => out.extend((0..mesh.triangles.len()).map(|t| {
+                let [a, b, c] = corners(mesh, t);
+                let bounds = Bounds { min: a.min(b).min(c), max: a.max(b).max(c) };
+                let axis = (b - a).cross(c - a).normalize_or(DVec3::Z);
+                TreeLight { bounds, cone: Cone { axis, angle: 0.0 }, two_sided, share: exitance * triangle_area([a, b, c]) }
+            })),
+            other => {
+                let cone = match other {
+                    Geometry::Disc { normal, .. } => Cone { axis: *normal, angle: 0.0 },
+                    _ => Cone::ALL,
+                };
+                out.push(TreeLight { bounds: bounds(other), cone, two_sided, share: exitance * crate::geometry::area(other) });
+            }
+        }
+    }
+    for light in &scene.lights {
+        let at = |p: &DVec3, reach: f64| Bounds { min: *p - reach, max: *p + reach };
+        let (bounds, cone, share) = match light {
+            Light::Point { position, intensity } => (at(position, 0.0), Cone::ALL, 4.0 * PI * intensity.mean(lo, hi)),
+            Light::Spot { position, direction, intensity, cos_outer, .. } => {
+                let cone = Cone { axis: *direction, angle: cos_outer.clamp(-1.0, 1.0).acos() };
+                (at(position, 0.0), cone, 2.0 * PI * (1.0 - cos_outer) * intensity.mean(lo, hi))
+            }
+            Light::Beam { origin, direction, radius, irradiance } => {
+                let cone = Cone { axis: *direction, angle: 0.0 };
+                (at(origin, *radius), cone, PI * radius * radius * irradiance.mean(lo, hi))
+            }
+            Light::Sun { .. } | Light::Constant { .. } | Light::Image(_) => continue,
+        };
+        out.push(TreeLight { bounds, cone, two_sided: false, share });
+    }
+    out
+}
+
+/// Fewer lights than this are chosen from by power.
+const FEWEST: usize = 64;
+/// Points of the scene that are asked whether lights differ for them.
+const POINTS: usize = 64;
+/// The tree is of use from here on: how much larger the mean square of what a light sample finds is where lights are chosen by power, shadows left out. It
+/// takes about as much more time as there are levels (`abbe bench --scaling` measures both).
+const CONTRAST: f64 = 3.0;
+
+/// Does a tree over the scene's lights pay? It does where there are many, spread apart, of which a place sees few well.
+pub fn pays(scene: &Scene) -> bool {
+    let mut lights = placed(scene);
+    if lights.len() < FEWEST {
+        return false;
+    }
+    let total: f64 = lights.iter().map(|l| l.share).sum();
+    lights.iter_mut().for_each(|l| l.share /= total);
+    let points = places(scene);
+    let contrasts = points.iter().map(|&p| {
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for light in lights.iter().filter(|l| l.share > 0.0) {
+            let seen = light.importance(p);
+            sum += seen;
+            squares += seen * seen / light.share;
+        }
+        // Where nothing shines, nothing is to be chosen.
+        (sum > 0.0).then(|| squares / (sum * sum))
+    });
+    let contrasts: Vec<f64> = contrasts.flatten().collect();
+    // The logarithm, since one place beside a lamp should not decide.
+    let mean = contrasts.iter().map(|c| c.ln()).sum::<f64>() / contrasts.len().max(1) as f64;
+    mean.exp() > CONTRAST
+}
+
+/// Points on what is lit, spread over the primitives.
+fn places(scene: &Scene) -> Vec<DVec3> {
+    let lit: Vec<_> = scene.shapes.iter().filter(|s| s.emission.is_none()).map(|s| &s.geometry).collect();
+    let each = POINTS.div_ceil(lit.len().max(1));
+    let step = lit.len().div_ceil(POINTS).max(1);
+    let on = |geometry: &Geometry| -> Vec<DVec3> {
+        match geometry {
+            Geometry::Mesh(mesh) => {
+                // Corners and middles of evenly chosen triangles: a wall has but two.
+                let middle = |i: usize| {
+                    let [a, b, c] = corners(mesh, i * mesh.triangles.len() / each);
+                    let (u, v) = ((0.755 * i as f64).fract(), (0.57 * i as f64).fract());
+                    let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+                    a + u * (b - a) + v * (c - a)
+                };
+                (0..each).map(middle).collect()
+            }
+            other => {
+                let b = bounds(other);
+                vec![0.5 * (b.min + b.max)]
+            }
+        }
+    };
+    lit.into_iter().step_by(step).flat_map(on).collect()
 }
 
 /// The tree's nodes (two children of a node in a row, the root first) and for each light its trail: bit i is 1 where the way to it takes the second

@@ -1,6 +1,7 @@
 //! The list of lights for next-event estimation: every emitting primitive and every light that is no shape, with an alias table by power.
 
-use super::layout::{self, Light, NO_INDEX};
+use super::layout::{self, Light, LightNode, NO_INDEX};
+use super::light_tree;
 use super::scene::{Rows, SpectrumRow, alias_table, rank};
 use super::textures::Textures;
 use crate::error::{Error, Result};
@@ -21,6 +22,12 @@ pub(super) struct Lights {
     pub environment: Vec<Vec4>,
     /// Index of the first distant light.
     pub first_distant: usize,
+    /// The tree over all others, if it pays: its nodes, and then the trails of the lights, four to a texel.
+    pub tree: Vec<UVec4>,
+    /// Where the trails begin.
+    pub first_trail: usize,
+    /// Probability of a light that is not distant.
+    pub near_share: f64,
     /// Index of the environment picture, or of nothing.
     pub environment_light: usize,
     /// Power of all lights, mean over the film's range, W nm^-1.
@@ -60,6 +67,12 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
                 Geometry::Mesh(mesh) => {
                     let c = corners(mesh, i);
                     (layout::LIGHT_KIND_TRIANGLE, triangle_area(c), at(c[0]).with_w(f32::from_bits(texture)), at(c[1]), at(c[2]))
+                }
+                Geometry::Instance(_) => {
+                    return Err(Error::usage(
+                        format!("the instance {:?} emits", shape.name),
+                        "give every lamp a mesh of its own",
+                    ));
                 }
                 Geometry::Sphere { center, radius } => {
                     (layout::LIGHT_KIND_SPHERE, 4.0 * PI * radius * radius, at(*center), Vec4::ZERO, size(*radius, 0.0))
@@ -157,7 +170,21 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
         record.alias_threshold = threshold as f32;
         record.alias_index = alias;
     }
-    Ok(Lights { records, of_primitive, environment, first_distant, environment_light, power: powers.iter().sum() })
+    let mut tree = Vec::new();
+    let mut first_trail = 0;
+    if light_tree::pays(scene) {
+        let mut placed = light_tree::placed(scene);
+        placed.iter_mut().zip(&records).for_each(|(light, record)| light.share = f64::from(record.probability));
+        let (nodes, mut trails) = light_tree::build(&placed, origin);
+        tree = bytemuck::cast_slice::<LightNode, UVec4>(&nodes).to_vec();
+        first_trail = tree.len();
+        trails.resize(trails.len().next_multiple_of(4), 0);
+        tree.extend(trails.chunks_exact(4).map(UVec4::from_slice));
+    }
+    // Exactly 1 where there is nothing else to choose.
+    let near_share = 1.0 - records[first_distant..].iter().map(|r| f64::from(r.probability)).sum::<f64>();
+    let power = powers.iter().sum();
+    Ok(Lights { records, of_primitive, environment, first_distant, tree, first_trail, near_share, environment_light, power })
 }
 
 /// How much of the mean radiance of its picture a triangle shows, at 64 points of it; never 0, as a bright spot may lie between those.
@@ -198,6 +225,7 @@ fn places(scene: &Scene) -> Vec<Vec<usize>> {
                 let [a, b, c] = if mesh.triangles.is_empty() { [DVec3::ZERO; 3] } else { corners(mesh, 0) };
                 off((a + b + c) / 3.0, (b - a).cross(c - a).normalize_or_zero())
             }
+            Geometry::Instance(instance) => 0.5 * (instance.bounds().min + instance.bounds().max),
             Geometry::Sphere { center, radius } => off(*center + DVec3::Y * *radius, DVec3::Y),
             Geometry::Disc { center, normal, .. } => off(*center, *normal),
             Geometry::Cylinder { base, axis, length, radius } => {

@@ -1,8 +1,10 @@
 //! Everything that touches wgpu: adapters, shader assembly, the host/shader boundary, kernels and the scene's buffers.
 
 mod adapter;
+mod instances;
 mod kernel;
 pub mod layout;
+mod light_tree;
 mod lights;
 mod primitives;
 mod scene;
@@ -12,6 +14,7 @@ mod textures;
 
 pub use adapter::{AdapterInfo, Gpu, Resource, list_adapters};
 pub use kernel::{Kernel, kernel_source};
+pub use light_tree::pays as light_tree_pays;
 pub use lights::ranks;
 pub use scene::{GpuScene, SpectrumRow};
 pub use targets::targets;

@@ -9,7 +9,9 @@ use crate::error::{Error, Result};
 use crate::geometry::bounds_of_all;
 use crate::scene::{self, Scene};
 use crate::spectrum::{Ior, Spectrum};
+use crate::stage::{self, Stage};
 use glam::DVec3;
+use std::collections::HashMap;
 
 /// What one row of the per-pass spectral table holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,19 +43,31 @@ impl SpectrumRow {
 
 /// Rows in use, each once, so that equal spectra (and so matched indices) share a row.
 #[derive(Debug)]
-pub(super) struct Rows(Vec<SpectrumRow>);
+pub(super) struct Rows {
+    all: Vec<SpectrumRow>,
+    /// Rows by what they are at three wavelengths: scenes have thousands.
+    known: HashMap<[u64; 3], Vec<u32>>,
+}
 
 impl Rows {
     fn new() -> Self {
-        Rows(vec![SpectrumRow::FilmBin, SpectrumRow::FilmXyz(0), SpectrumRow::FilmXyz(1), SpectrumRow::FilmXyz(2)])
+        let mut rows = Rows { all: Vec::new(), known: HashMap::new() };
+        for row in [SpectrumRow::FilmBin, SpectrumRow::FilmXyz(0), SpectrumRow::FilmXyz(1), SpectrumRow::FilmXyz(2)] {
+            rows.add(row);
+        }
+        rows
     }
 
     pub(super) fn add(&mut self, row: SpectrumRow) -> u32 {
-        let at = self.0.iter().position(|r| *r == row).unwrap_or_else(|| {
-            self.0.push(row);
-            self.0.len() - 1
-        });
-        at as u32
+        let key = [431.0, 547.0, 683.0].map(|nm| row.eval(nm, &[0.0, 1.0, 2.0, 3.0]).to_bits());
+        let alike = self.known.entry(key).or_default();
+        if let Some(at) = alike.iter().find(|&&at| self.all[at as usize] == row) {
+            return *at;
+        }
+        let at = self.all.len() as u32;
+        alike.push(at);
+        self.all.push(row);
+        at
     }
 
     pub(super) fn spectrum(&mut self, s: &Spectrum) -> u32 {
@@ -101,9 +115,11 @@ impl GpuScene {
         let mut tables = Vec::new();
         let mut textures = Textures::default();
         let materials = materials(scene, &mut rows, &mut textures, &mut tables);
+        stage::enter(Stage::Lights);
         let lights = lights::build(scene, &mut rows, &mut textures, bounds, origin)?;
+        stage::enter(Stage::Hierarchies);
         let geometry = primitives::build(scene, bounds, origin, &lights.of_primitive)?;
-        let (textures, first_uv) = textures.build(scene, &geometry.place);
+        let (textures, first_uv) = textures.build(scene, &geometry);
         let mut records = lights.records;
         for light in &mut records {
             if light.primitive != NO_INDEX {
@@ -111,13 +127,16 @@ impl GpuScene {
             }
         }
         let targets = targets::build(scene, origin, guiding);
+        stage::enter(Stage::Uploading);
         let resources = vec![
             ("bvh", gpu.table("BVH nodes", &geometry.nodes)?),
             ("primitives", gpu.table("primitives", &geometry.primitives)?),
+            ("instances", gpu.table("instances", &geometry.instances.table)?),
             ("normals", gpu.table("shading normals", &geometry.normals)?),
             ("materials", gpu.table("materials", &materials)?),
             ("interiors", gpu.table("volumes", &interiors)?),
             ("lights", gpu.table("lights", &records)?),
+            ("light_tree", gpu.table("tree of lights", &lights.tree)?),
             ("tables", gpu.storage("energy tables", &tables)?),
             ("targets", gpu.table("targets of light paths", &targets)?),
             ("environment", gpu.table("environment picture", &lights.environment)?),
@@ -125,15 +144,20 @@ impl GpuScene {
         ];
         let bytes = resources.iter().map(|(_, r)| r.size()).sum();
         let constants = format!(
-            "const BVH_STACK = {}u;\nconst LIGHTS = {}u;\nconst FIRST_DISTANT_LIGHT = {}u;\nconst ENVIRONMENT_LIGHT = {}u;\nconst TARGETS = {}u;\nconst FIRST_UV = {first_uv}u;\n",
+            "const BVH_STACK = {}u;\nconst LIGHTS = {}u;\nconst FIRST_DISTANT_LIGHT = {}u;\nconst ENVIRONMENT_LIGHT = {}u;\nconst TARGETS = {}u;\nconst FIRST_UV = {first_uv}u;\nconst FIRST_INSTANCED = {}u;\nconst FIRST_OWNER = {}u;\nconst TREE_LIGHTS = {}u;\nconst TREE_SHARE = {:?};\nconst FIRST_TRAIL = {}u;\n",
             geometry.stack,
             records.len(),
             lights.first_distant,
             lights.environment_light,
             targets.len(),
+            geometry.instances.first_number,
+            geometry.instances.first_owner,
+            lights.first_distant,
+            lights.near_share as f32,
+            lights.first_trail,
         );
         let power = lights.power;
-        Ok(Self { resources, power, lights: records.len(), rows: rows.0, constants, origin, bytes })
+        Ok(Self { resources, power, lights: records.len(), rows: rows.all, constants, origin, bytes })
     }
 }
 

@@ -1,9 +1,10 @@
 //! Pictures on surfaces as one table: a record for each, texture coordinates of all primitives, and then the texels.
 
 use super::layout::{NO_INDEX, Texture};
+use super::primitives::Primitives;
 use super::scene::{Rows, SpectrumRow};
 use crate::scene::texture::{Image, ImageTexture, Wrap};
-use crate::scene::{self, Geometry, Scene};
+use crate::scene::{self, Geometry, Mesh, Scene};
 use glam::Vec4;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -38,30 +39,35 @@ impl Textures {
         (row, index)
     }
 
-    /// The table, and where in it the texture coordinates begin: two vec4s for each primitive, in the order of `place`.
-    pub(super) fn build(mut self, scene: &Scene, place: &[u32]) -> (Vec<Vec4>, usize) {
+    /// The table, and where in it the texture coordinates begin: two vec4s for each primitive.
+    pub(super) fn build(mut self, scene: &Scene, geometry: &Primitives) -> (Vec<Vec4>, usize) {
         if self.records.is_empty() {
             return (Vec::new(), 0);
         }
         let first_uv = self.records.len() * size_of::<Texture>() / size_of::<Vec4>();
-        let first_texel = first_uv + 2 * place.len();
+        let first_texel = first_uv + 2 * (geometry.primitives.len() / 3);
         self.records.iter_mut().for_each(|r| r.first_texel += first_texel as u32);
         let mut table: Vec<Vec4> = bytemuck::cast_slice(&self.records).to_vec();
         table.resize(first_texel, Vec4::ZERO);
-        let mut primitive = 0;
-        for shape in &scene.shapes {
-            let Geometry::Mesh(mesh) = &shape.geometry else {
-                primitive += 1;
-                continue;
-            };
-            for t in 0..mesh.triangles.len() {
+        let mut put = |mesh: &Mesh, places: &[u32]| {
+            for (t, &place) in places.iter().enumerate().take(mesh.triangles.len()) {
                 let [a, b, c] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|corner| mesh.uv(t, corner).as_vec2());
-                let at = first_uv + 2 * place[primitive] as usize;
+                let at = first_uv + 2 * place as usize;
                 table[at] = Vec4::new(a.x, a.y, b.x, b.y);
                 table[at + 1] = Vec4::new(c.x, c.y, 0.0, 0.0);
-                primitive += 1;
             }
+        };
+        let mut places = geometry.place.as_slice();
+        for shape in &scene.shapes {
+            let count = if let Geometry::Mesh(mesh) = &shape.geometry {
+                put(mesh, places);
+                mesh.triangles.len()
+            } else {
+                1
+            };
+            places = &places[count..];
         }
+        geometry.instances.meshes.iter().for_each(|(mesh, places)| put(mesh, places));
         table.extend(self.images.iter().flat_map(|image| &image.texels).map(|t| Vec4::from_array(*t)));
         (table, first_uv)
     }

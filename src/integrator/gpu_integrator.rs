@@ -16,6 +16,7 @@ use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, Resource};
 use crate::render::{BatchStats, Integrator, Renderer};
 use crate::scene::{Bins, Scene};
 use crate::spectrum::library::{Observer, observer};
+use crate::stage::{self, Stage};
 use glam::Vec4;
 
 /// Most passes of one dispatch: so many samples does an invocation of the camera pass take one after the other.
@@ -67,6 +68,7 @@ impl GpuIntegrator {
     /// # Errors
     /// As [`GpuIntegrator::new`].
     pub fn with(scene: &Scene, device: Option<&str>, seed: u64, techniques: Techniques) -> Result<Self> {
+        stage::enter(Stage::Planning);
         Self::with_plan(scene, device, seed, Plan::new(scene, techniques))
     }
 
@@ -77,6 +79,7 @@ impl GpuIntegrator {
     pub fn with_plan(scene: &Scene, device: Option<&str>, seed: u64, plan: Plan) -> Result<Self> {
         let gpu = Gpu::open(device)?;
         let gpu_scene = GpuScene::new(&gpu, scene, plan.techniques.guiding)?;
+        stage::enter(Stage::Compiling);
         let tile = tiles(&gpu, &plan, scene.film.width, scene.film.height)[0];
         let passes = (EVENTS_PER_DISPATCH / scene.max_depth.max(1)).clamp(1, PASSES_PER_DISPATCH);
         let gather = if plan.has("GATHERED") { Some(Gather::new(&gpu, &plan, scene, tile, passes)?) } else { None };

@@ -1,7 +1,8 @@
 //! What a scene needs, worked out before a shader is compiled: only that is in the pipeline.
 
 use crate::geometry::{Bounds, bounds};
-use crate::scene::{Filter, Geometry, Light, Material, Scene, Sensor};
+use crate::gpu::light_tree_pays;
+use crate::scene::{Filter, Geometry, Light, Material, Scene, Sensor, Shape};
 use crate::spectrum::Ior;
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -69,6 +70,7 @@ impl Plan {
         let absorbing = medium(&|i| !scene.interiors[i].sigma_a.is_zero());
         let dispersion = smooth_dielectric && medium(&|i| !scene.interiors[i].ior.is_constant_over(lo, hi));
         let diffuse = any(&|m| matches!(m, Material::Diffuse { .. }));
+        let shape = |f: &dyn Fn(&Geometry) -> bool| scene.shapes.iter().any(|s| f(&s.geometry));
         let emits = |f: &dyn Fn(&Geometry) -> bool| {
             scene.shapes.iter().any(|s| f(&s.geometry) && s.emission.as_ref().is_some_and(|e| !e.radiance.is_zero()))
         };
@@ -90,8 +92,16 @@ impl Plan {
         let normal_maps = any(&|m| matches!(m, Material::NormalMapped { .. }));
         let lanes = super::Wavelengths::lanes(scene.film.bins.count);
         let features = BTreeMap::from([
-            ("QUADRICS", scene.shapes.iter().any(|s| !matches!(s.geometry, Geometry::Mesh(_)))),
-            ("SMOOTH_NORMALS", scene.shapes.iter().any(|s| matches!(&s.geometry, Geometry::Mesh(m) if !m.normals.is_empty()))),
+            ("QUADRICS", shape(&|g| !matches!(g, Geometry::Mesh(_) | Geometry::Instance(_)))),
+            ("INSTANCES", shape(&|g| matches!(g, Geometry::Instance(_)))),
+            (
+                "SMOOTH_NORMALS",
+                shape(&|g| match g {
+                    Geometry::Mesh(mesh) => !mesh.normals.is_empty(),
+                    Geometry::Instance(instance) => !instance.mesh().normals.is_empty(),
+                    _ => false,
+                }),
+            ),
             ("DIFFUSE", diffuse),
             ("DIELECTRIC", dielectric),
             ("SMOOTH_DIELECTRIC", smooth_dielectric),
@@ -115,6 +125,7 @@ impl Plan {
             ("CONTACT", volumes_touch(scene)),
             ("PASS_THROUGH", boundary || volumes_overlap(scene)),
             ("LIGHTS_PRESENT", lights),
+            ("LIGHT_TREE", techniques.light_samples && light_tree_pays(scene)),
             ("LIGHT_AREA", area),
             ("LIGHT_TRIANGLE", emits(&|g| matches!(g, Geometry::Mesh(_)))),
             ("LIGHT_SPHERE", emits(&|g| matches!(g, Geometry::Sphere { .. }))),
@@ -190,6 +201,14 @@ impl Plan {
         self
     }
 
+    /// The same, and lights are chosen by power, however many there are.
+    pub fn without_light_tree(mut self) -> Self {
+        for features in std::iter::once(&mut self.camera).chain(&mut self.light) {
+            features.insert("LIGHT_TREE", false);
+        }
+        self
+    }
+
     /// The axes of [`super::guide`] along which light paths from so many lights are guided, if they are, and those that aim (light/emit.wgsl).
     pub(super) fn guides(&self, lights: usize) -> Option<[[bool; super::guide::AXES]; 2]> {
         let distant = self.has("LIGHT_ENVIRONMENT");
@@ -227,10 +246,11 @@ impl Plan {
 
 /// Materials that a path can meet: those of shapes, and what they mix.
 fn used_materials(scene: &Scene) -> Vec<usize> {
+    let mut is_used = vec![false; scene.materials.len()];
     let mut used: Vec<usize> = Vec::new();
     let mut todo: Vec<usize> = scene.shapes.iter().map(|s| s.material).collect();
     while let Some(m) = todo.pop() {
-        if !used.contains(&m) {
+        if !std::mem::replace(&mut is_used[m], true) {
             used.push(m);
             match scene.materials[m] {
                 Material::Mix { a, b, .. } => todo.extend([a, b]),
@@ -256,23 +276,27 @@ fn volumes(scene: &Scene, used: &[usize]) -> Vec<usize> {
 
 /// True if the boxes of two volumes overlap, so that a surface may not be there because another volume rules.
 fn volumes_overlap(scene: &Scene) -> bool {
-    let boxes: Vec<_> =
-        scene.shapes.iter().filter(|s| interior(&scene.materials[s.material]).is_some()).map(|s| bounds(&s.geometry)).collect();
-    boxes.iter().enumerate().any(|(i, a)| boxes[..i].iter().any(|b| a.overlaps(b)))
+    let is_volume = |s: &&Shape| interior(&scene.materials[s.material]).is_some();
+    some_meet(scene.shapes.iter().filter(is_volume).map(|s| (true, bounds(&s.geometry))).collect())
 }
 
 /// True if the box of a volume comes so close to another shape's that their surfaces may touch.
 fn volumes_touch(scene: &Scene) -> bool {
-    let boxes: Vec<_> = scene
-        .shapes
-        .iter()
-        .map(|s| {
-            let b = bounds(&s.geometry);
-            let slack = DVec3::splat(1e-5 * b.min.abs().max(b.max.abs()).max_element());
-            (interior(&scene.materials[s.material]).is_some(), Bounds { min: b.min - slack, max: b.max + slack })
-        })
-        .collect();
-    boxes.iter().enumerate().any(|(i, a)| boxes[..i].iter().any(|b| (a.0 || b.0) && a.1.overlaps(&b.1)))
+    let boxes = scene.shapes.iter().map(|s| {
+        let b = bounds(&s.geometry);
+        let slack = DVec3::splat(1e-5 * b.min.abs().max(b.max.abs()).max_element());
+        (interior(&scene.materials[s.material]).is_some(), Bounds { min: b.min - slack, max: b.max + slack })
+    });
+    some_meet(boxes.collect())
+}
+
+/// Do two of these boxes overlap, one of which at least is marked? Only those that overlap along x are looked at.
+fn some_meet(mut boxes: Vec<(bool, Bounds)>) -> bool {
+    boxes.sort_by(|a, b| a.1.min.x.total_cmp(&b.1.min.x));
+    boxes.iter().enumerate().any(|(i, a)| {
+        let near = boxes[i + 1..].iter().take_while(|b| b.1.min.x <= a.1.max.x);
+        near.into_iter().any(|b| (a.0 || b.0) && a.1.overlaps(&b.1))
+    })
 }
 
 /// What the techniques at hand cannot see.
@@ -328,6 +352,7 @@ impl fmt::Display for Plan {
                 "shapes",
                 &[
                     ("QUADRICS", "analytic shapes"),
+                    ("INSTANCES", "shared meshes"),
                     ("SMOOTH_NORMALS", "smooth normals"),
                     ("PASS_THROUGH", "surfaces to pass through"),
                     ("CONTACT", "surfaces in contact"),
@@ -353,6 +378,7 @@ impl fmt::Display for Plan {
                 "lights",
                 &[
                     ("CONNECT", "sampled directly"),
+                    ("LIGHT_TREE", "chosen by a tree"),
                     ("LIGHT_TRIANGLE", "meshes"),
                     ("LIGHT_SPHERE", "spheres"),
                     ("LIGHT_DISC", "discs"),

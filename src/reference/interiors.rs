@@ -5,7 +5,8 @@
 
 use super::bvh::World;
 use super::intersect::{Hit, Ray};
-use crate::scene::{Material, Scene};
+use crate::geometry::{Bounds, bounds};
+use crate::scene::{Material, Scene, Shape};
 use glam::{DVec3, dvec3};
 
 /// More surfaces than this in a row without scattering, and a path is given up.
@@ -17,8 +18,23 @@ pub fn initial_interiors(scene: &Scene, points: &[DVec3]) -> Vec<Vec<usize>> {
     if points.is_empty() || !scene.materials.iter().any(|m| interior_of(m).is_some()) {
         return vec![Vec::new(); points.len()];
     }
-    let world = World::new(scene);
-    points.iter().map(|&p| interiors_at(scene, &world, Ray::new(p, up()), Vec::new())).collect()
+    // Only volumes that may be met: a scene can have many millions of triangles, and so can its instances.
+    let may_be_met = |shape: &&Shape| {
+        interior_of(&scene.materials[shape.material]).is_some() && {
+            let b = bounds(&shape.geometry);
+            points.iter().any(|&p| passes(&b, p))
+        }
+    };
+    let volumes = Scene { shapes: scene.shapes.iter().filter(may_be_met).cloned().collect(), ..scene.clone() }.flattened();
+    let world = World::new(&volumes);
+    points.iter().map(|&p| interiors_at(&volumes, &world, Ray::new(p, up()), Vec::new())).collect()
+}
+
+/// Might a ray from `p` along [`up`] meet what is in this box?
+fn passes(b: &Bounds, p: DVec3) -> bool {
+    let slack = 1e-9 * (b.min.abs().max(b.max.abs()).max(p.abs()).max_element());
+    let (near, far) = ((b.min - slack - p) / up(), (b.max + slack - p) / up());
+    near.max_element().max(0.0) <= far.min_element()
 }
 
 /// The direction in which crossings are counted.

@@ -57,7 +57,7 @@ pub(super) fn intersect(geometry: &Geometry, triangle: usize, ray: &Ray, on: boo
                 DVec2::ZERO,
             ))
         }
-        Geometry::Mesh(_) | Geometry::Disc { .. } => None,
+        Geometry::Mesh(_) | Geometry::Instance(_) | Geometry::Disc { .. } => None,
         Geometry::Sphere { center, radius } => {
             let oc = ray.origin - *center;
             roots(oc, ray.dir, *radius, on).into_iter().find(|&t| t > ray.t_min && t.is_finite()).map(|t| {
@@ -136,18 +136,10 @@ fn intersect_triangle(mesh: &Mesh, triangle: usize, ray: &Ray) -> Option<Crossin
 
 /// Smallest box around a primitive, (lower, upper).
 pub(super) fn bounds(geometry: &Geometry, triangle: usize) -> (DVec3, DVec3) {
-    // How far a disc of unit radius with the given normal reaches along each axis.
-    let reach = |n: DVec3| (DVec3::ONE - n * n).max(DVec3::ZERO).map(f64::sqrt);
-    match geometry {
-        Geometry::Mesh(mesh) => {
-            let [a, b, c] = mesh.triangles[triangle].map(|v| mesh.positions[v as usize]);
-            (a.min(b).min(c), a.max(b).max(c))
-        }
-        Geometry::Sphere { center, radius } => (*center - DVec3::splat(*radius), *center + DVec3::splat(*radius)),
-        Geometry::Disc { center, normal, radius } => (*center - reach(*normal) * *radius, *center + reach(*normal) * *radius),
-        Geometry::Cylinder { base, axis, length, radius } => {
-            let (top, r) = (*base + *axis * *length, reach(*axis) * *radius);
-            (base.min(top) - r, base.max(top) + r)
-        }
+    if let Geometry::Mesh(mesh) = geometry {
+        let [a, b, c] = mesh.triangles[triangle].map(|v| mesh.positions[v as usize]);
+        return (a.min(b).min(c), a.max(b).max(c));
     }
+    let whole = crate::geometry::bounds(geometry);
+    (whole.min, whole.max)
 }

@@ -61,7 +61,7 @@ impl Emitters {
         for (shape, s) in scene.shapes.iter().enumerate() {
             let Some(emission) = &s.emission else { continue };
             let triangles = if let Geometry::Mesh(mesh) = &s.geometry { running_areas(mesh) } else { vec![] };
-            let area = triangles.last().copied().unwrap_or_else(|| area_of(&s.geometry));
+            let area = triangles.last().copied().unwrap_or_else(|| crate::geometry::area(&s.geometry));
             let sides = if emission.two_sided { 2.0 } else { 1.0 };
             push(
                 What::Shape { shape, area, triangles },
@@ -206,15 +206,6 @@ fn choose(cumulative: &[f64], rng: &mut Rng) -> Option<(usize, f64)> {
     Some((i, (cumulative[i] - if i > 0 { cumulative[i - 1] } else { 0.0 }) / total))
 }
 
-fn area_of(geometry: &Geometry) -> f64 {
-    match geometry {
-        Geometry::Mesh(mesh) => running_areas(mesh).last().copied().unwrap_or(0.0),
-        Geometry::Sphere { radius, .. } => 4.0 * PI * radius * radius,
-        Geometry::Disc { radius, .. } => PI * radius * radius,
-        Geometry::Cylinder { length, radius, .. } => 2.0 * PI * radius * length,
-    }
-}
-
 fn corners(mesh: &Mesh, triangle: usize) -> [DVec3; 3] {
     mesh.triangles[triangle].map(|v| mesh.positions[v as usize])
 }
@@ -247,6 +238,8 @@ fn on_shape(geometry: &Geometry, triangles: &[f64], rng: &mut Rng) -> Option<(DV
             let p = a * (1.0 - s) + b * weights[0] + c * weights[1];
             (p, (b - a).cross(c - a).normalize(), t, mesh.uv(t, weights))
         }
+        // Instances do not emit.
+        Geometry::Instance(_) => return None,
         Geometry::Sphere { center, radius } => {
             let n = on_cone(DVec3::Y, -1.0, rng);
             (*center + n * *radius, n, 0, DVec2::ZERO)

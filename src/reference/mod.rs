@@ -83,6 +83,7 @@ impl ReferenceIntegrator {
                 "set \"reference\": \"forward\" in the scene, or give the light a size",
             ));
         }
+        let scene = &scene.flattened();
         let world = World::new(scene);
         let ball = world.ball_around(&sensor::corners(&scene.sensor));
         let mut energy: Vec<Energy> = Vec::new();

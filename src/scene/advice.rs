@@ -188,6 +188,7 @@ fn lights_inside(scene: &Scene, out: &mut Vec<String>) {
     for shape in scene.shapes.iter().filter(|s| emits(s) && interior_of(scene, s.material).is_none()) {
         let at = match &shape.geometry {
             Geometry::Mesh(mesh) => corners(mesh, 0).iter().sum::<DVec3>() / 3.0,
+            Geometry::Instance(instance) => 0.5 * (instance.bounds().min + instance.bounds().max),
             Geometry::Sphere { center, .. } | Geometry::Disc { center, .. } => *center,
             Geometry::Cylinder { base, axis, length, .. } => *base + *axis * (0.5 * length),
         };

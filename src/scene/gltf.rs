@@ -8,13 +8,14 @@ use super::gltf_texture::Textures;
 use super::json::Node;
 use super::load::{LoadOptions, Loader, film, frame};
 use super::shapes::MOST_TRIANGLES;
-use super::{Geometry, Interior, Light, Mesh, Sensor, Shape, mesh as meshes, transform};
+use super::{Geometry, Interior, Light, Mesh, Sensor, Shape, mesh as meshes};
 use crate::error::Result;
+use crate::geometry::bounds_of_all;
 use crate::spectrum::upsample;
 use glam::{DMat3, DMat4, DQuat, DVec2, DVec3};
 use serde_json::Value;
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Extensions that are honoured, or whose loss is noted where a material has them.
@@ -46,7 +47,8 @@ pub(super) fn scene(path: &Path, bytes: &[u8], files: Files, options: &LoadOptio
     let mut loader = Loader::new(files, film);
     loader.scene.interiors.push(Interior::vacuum("surroundings"));
     loader.scene.max_depth = options.max_depth.unwrap_or(64).clamp(1, 100_000);
-    add(&mut loader, path, bytes, DMat4::IDENTITY, None)?;
+    let files = loader.reader.files.within(path.parent().unwrap_or(Path::new(".")));
+    Document::open(path, bytes, files)?.add(&mut loader, DMat4::IDENTITY, None)?;
     if loader.scene.shapes.is_empty() {
         return Err(place.fail("the glTF file has no triangles in its scene", "export it with meshes"));
     }
@@ -68,10 +70,25 @@ pub(super) fn scene(path: &Path, bytes: &[u8], files: Files, options: &LoadOptio
     Ok(loader)
 }
 
-/// Adds the glTF file that `node` names, with its materials, lights and camera, under `world`.
-pub(super) fn include(loader: &mut Loader, node: &Node, world: DMat4) -> Result<()> {
-    let (path, bytes) = loader.reader.files.read(&node.need("file")?)?;
-    add(loader, &path, &bytes, world, node.get("override").as_ref())
+/// The glTF documents that a scene has included so far, by file and what overrides their materials.
+pub(super) type Included<'a> = HashMap<(PathBuf, Option<String>), Document<'a>>;
+
+/// Adds the glTF file that `node` names, with its materials, lights and camera, under `world`. A file that was added before is not read again, and its
+/// meshes and materials are those of before.
+pub(super) fn include<'a>(loader: &mut Loader, node: &Node<'a>, included: &mut Included<'a>, world: DMat4) -> Result<()> {
+    let file = node.need("file")?;
+    let overrides = node.get("override");
+    let key = (loader.reader.files.base.join(file.string()?), overrides.as_ref().map(|o| o.value.to_string()));
+    let mut document = match included.remove(&key) {
+        Some(known) => known,
+        None => {
+            let (path, bytes) = loader.reader.files.read(&file)?;
+            Document::open(&path, &bytes, loader.reader.files.within(path.parent().unwrap_or(Path::new("."))))?
+        }
+    };
+    document.add(loader, world, overrides.as_ref())?;
+    included.insert(key, document);
+    Ok(())
 }
 
 /// All triangles of a glTF file's scene as one mesh.
@@ -110,71 +127,112 @@ pub(super) fn mesh(loader: &mut Loader, file: &Node, path: &Path, bytes: &[u8]) 
     Ok(whole)
 }
 
-fn add(loader: &mut Loader, path: &Path, bytes: &[u8], world: DMat4, overrides: Option<&Node>) -> Result<()> {
-    let files = loader.reader.files.within(path.parent().unwrap_or(Path::new(".")));
-    let asset = open(path, bytes, &files)?;
-    let root = Node::root(&asset.json, path);
-    for extension in root.get("extensionsRequired").map_or(Ok(Vec::new()), |n| n.array(0))? {
-        if !EXTENSIONS.contains(&extension.string()?) {
-            return Err(
-                extension.fail(format!("the extension {:?} is not known", extension.string()?), "export the file without it")
-            );
-        }
+/// A glTF document with what was made of it already.
+pub(super) struct Document<'a> {
+    path: PathBuf,
+    files: Files,
+    asset: Asset,
+    overrides: Option<Overrides<'a>>,
+    looks: HashMap<Option<u32>, Look>,
+    /// Triangles of a mesh's primitive.
+    meshes: HashMap<(u32, usize), Option<Arc<Mesh>>>,
+}
+
+impl<'a> Document<'a> {
+    fn open(path: &Path, bytes: &[u8], files: Files) -> Result<Self> {
+        let asset = open(path, bytes, &files)?;
+        let (looks, meshes) = (HashMap::new(), HashMap::new());
+        Ok(Document { path: path.to_path_buf(), files, asset, overrides: None, looks, meshes })
     }
-    for extension in root.get("extensionsUsed").map_or(Ok(Vec::new()), |n| n.array(0))? {
-        if !EXTENSIONS.contains(&extension.string()?) {
-            loader.note(format!("{}: {:?} is ignored", path.display(), extension.string()?));
-        }
-    }
-    for ignored in ["animations", "skins"] {
-        if root.get(ignored).is_some() {
-            loader.note(format!("{}: {ignored} are ignored", path.display()));
-        }
-    }
-    let mut looks: HashMap<Option<u32>, Look> = HashMap::new();
-    let mut textures = Textures::new(&asset, &root, &files);
-    let overrides = overrides.map(|o| Overrides::read(loader, o, &root)).transpose()?.unwrap_or_default();
-    for placed in nodes(loader, &root, world)? {
-        if let Some(mesh) = placed.node.get("mesh") {
-            let mesh = item(&root, "meshes", &mesh)?;
-            for primitive in mesh.need("primitives")?.array(1)? {
-                let mut look = look(loader, &root, &primitive, &mut textures, &mut looks)?;
-                let Some(mut part) = triangles(loader, &asset, &root, &primitive, look.uv_set)? else { continue };
-                if part.uvs.is_empty() && loader.has_image(look.material, look.emission.as_ref()) {
-                    loader.note(format!("{}: a textured mesh without texture coordinates shows one texel", path.display()));
-                    part.uvs = vec![DVec2::ZERO; part.positions.len()];
-                }
-                let geometry = Geometry::Mesh(Arc::new(part));
-                let (geometry, dropped) =
-                    transform::apply(&placed.world, &geometry).map_err(|(problem, remedy)| primitive.fail(problem, remedy))?;
-                if dropped > 0 {
-                    loader.note(format!("{}: {}: {dropped} triangles of no area were dropped", path.display(), primitive.path));
-                }
-                if let Some(index) = primitive.get("material") {
-                    overrides.apply(loader, index.integer(0, u32::MAX)?, &mut look, &geometry)?;
-                }
-                let name = mesh.get("name").and_then(|n| n.value.as_str()).unwrap_or(&mesh.path);
-                let name = name.chars().filter(|c| !c.is_control()).collect();
-                loader.push(&primitive, Shape { name, geometry, material: look.material, emission: look.emission })?;
+
+    /// Notes what is ignored, and refuses what cannot be.
+    fn check(&self, loader: &mut Loader, root: &Node) -> Result<()> {
+        for extension in root.get("extensionsRequired").map_or(Ok(Vec::new()), |n| n.array(0))? {
+            if !EXTENSIONS.contains(&extension.string()?) {
+                return Err(
+                    extension.fail(format!("the extension {:?} is not known", extension.string()?), "export the file without it")
+                );
             }
         }
-        if let Some(camera) = placed.node.get("camera") {
-            let camera = item(&root, "cameras", &camera)?;
-            let seen = sensor(&camera, &placed.world)?;
-            if loader.camera.is_none() {
-                let aspect = camera.get("perspective").and_then(|p| p.get("aspectRatio"));
-                loader.aspect = aspect.map(|a| a.within(1e-3, 1e3)).transpose()?;
-                loader.camera = Some(seen);
+        for extension in root.get("extensionsUsed").map_or(Ok(Vec::new()), |n| n.array(0))? {
+            if !EXTENSIONS.contains(&extension.string()?) {
+                loader.note(format!("{}: {:?} is ignored", self.path.display(), extension.string()?));
             }
         }
-        if let Some(index) = placed.node.get("extensions").and_then(|e| e.get("KHR_lights_punctual")).and_then(|e| e.get("light"))
-        {
-            let list = root.need("extensions")?.need("KHR_lights_punctual")?;
-            let light = light(&item(&list, "lights", &index)?, &placed.world)?;
-            loader.scene.lights.push(light);
+        for ignored in ["animations", "skins"] {
+            if root.get(ignored).is_some() {
+                loader.note(format!("{}: {ignored} are ignored", self.path.display()));
+            }
         }
+        Ok(())
     }
-    Ok(())
+
+    /// Adds the document's scene under `world`; what it was first added with overrides its materials.
+    fn add(&mut self, loader: &mut Loader, world: DMat4, overrides: Option<&Node<'a>>) -> Result<()> {
+        let root = Node::root(&self.asset.json, &self.path);
+        self.check(loader, &root)?;
+        let mut textures = Textures::new(&self.asset, &root, &self.files);
+        let overrides = match self.overrides.take() {
+            Some(known) => known,
+            None => overrides.map(|o| Overrides::read(loader, o, &root)).transpose()?.unwrap_or_default(),
+        };
+        for placed in nodes(loader, &root, world)? {
+            if let Some(index) = placed.node.get("mesh") {
+                let mesh = item(&root, "meshes", &index)?;
+                let index = index.integer(0, u32::MAX)?;
+                for (i, primitive) in mesh.need("primitives")?.array(1)?.into_iter().enumerate() {
+                    let mut look = look(loader, &root, &primitive, &mut textures, &mut self.looks)?;
+                    let part = match self.meshes.get(&(index, i)) {
+                        Some(known) => known.clone(),
+                        None => {
+                            let part = part(loader, &self.asset, &root, &primitive, &look)?.map(Arc::new);
+                            self.meshes.insert((index, i), part.clone());
+                            part
+                        }
+                    };
+                    let Some(part) = part else { continue };
+                    let (geometry, dropped) = loader.place(&primitive, &placed.world, &Geometry::Mesh(part))?;
+                    if dropped > 0 {
+                        let path = self.path.display();
+                        loader.note(format!("{path}: {}: {dropped} triangles of no area were dropped", primitive.path));
+                    }
+                    if let Some(index) = primitive.get("material") {
+                        overrides.apply(loader, index.integer(0, u32::MAX)?, &mut look, &geometry)?;
+                    }
+                    let name = mesh.get("name").and_then(|n| n.value.as_str()).unwrap_or(&mesh.path);
+                    let name = name.chars().filter(|c| !c.is_control()).collect();
+                    loader.push(&primitive, Shape { name, geometry, material: look.material, emission: look.emission })?;
+                }
+            }
+            if let Some(camera) = placed.node.get("camera") {
+                let camera = item(&root, "cameras", &camera)?;
+                let seen = sensor(&camera, &placed.world)?;
+                if loader.camera.is_none() {
+                    let aspect = camera.get("perspective").and_then(|p| p.get("aspectRatio"));
+                    loader.aspect = aspect.map(|a| a.within(1e-3, 1e3)).transpose()?;
+                    loader.camera = Some(seen);
+                }
+            }
+            let punctual = placed.node.get("extensions").and_then(|e| e.get("KHR_lights_punctual"));
+            if let Some(index) = punctual.and_then(|e| e.get("light")) {
+                let list = root.need("extensions")?.need("KHR_lights_punctual")?;
+                let light = light(&item(&list, "lights", &index)?, &placed.world)?;
+                loader.scene.lights.push(light);
+            }
+        }
+        self.overrides = Some(overrides);
+        Ok(())
+    }
+}
+
+/// The triangles of a primitive that looks like this, with texture coordinates if it has a picture.
+fn part(loader: &mut Loader, asset: &Asset, root: &Node, primitive: &Node, look: &Look) -> Result<Option<Mesh>> {
+    let Some(mut part) = triangles(loader, asset, root, primitive, look.uv_set)? else { return Ok(None) };
+    if part.uvs.is_empty() && loader.has_image(look.material, look.emission.as_ref()) {
+        loader.note(format!("{}: a textured mesh without texture coordinates shows one texel", root.file.display()));
+        part.uvs = vec![DVec2::ZERO; part.positions.len()];
+    }
+    Ok(Some(part))
 }
 
 struct Placed<'a> {
@@ -330,15 +388,8 @@ fn light(node: &Node, world: &DMat4) -> Result<Light> {
 
 /// A camera of 40 degrees, a little from above and the side, that sees all shapes (which here are meshes).
 fn framing(shapes: &[Shape]) -> Sensor {
-    let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for shape in shapes {
-        if let Geometry::Mesh(mesh) = &shape.geometry {
-            for p in &mesh.positions {
-                lo = lo.min(*p);
-                hi = hi.max(*p);
-            }
-        }
-    }
+    let bounds = bounds_of_all(shapes);
+    let (lo, hi) = (bounds.min, bounds.max);
     let radius = (0.5 * (hi - lo).length()).max(1e-9);
     let half = 20f64.to_radians();
     let backward = DVec3::new(0.4, 0.35, 1.0).normalize();

@@ -1,6 +1,7 @@
 //! From a scene file to a [`Scene`]: the order of reading, the film and what measures it. Every error names its place in the file.
 
 use super::files::{Files, read_scene_file};
+use super::instance::SharedMeshes;
 use super::json::{Node, parse};
 use super::keys::SENSORS;
 use super::materials::Materials;
@@ -8,6 +9,7 @@ use super::spectra::SpectrumReader;
 use super::texture::Image;
 use super::{Bins, Estimator, FilmSettings, Filter, Light, Mesh, Scene, Sensor, Shape, WavelengthSampling, gltf, image_texture};
 use crate::error::{Error, Result};
+use crate::stage::{self, Stage};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -35,6 +37,7 @@ pub struct LoadOptions {
 
 /// Loads a scene file (JSON), or a glTF file as a scene by itself.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene> {
+    stage::enter(Stage::Reading);
     let bytes = read_scene_file(path)?;
     let folder = path.parent().unwrap_or(Path::new("."));
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
@@ -69,6 +72,8 @@ pub(super) struct Loader {
     pub(super) kit: Materials,
     /// Meshes that were read already, by file and whether they are smoothed.
     pub(super) meshes: HashMap<(PathBuf, Option<bool>), Arc<Mesh>>,
+    /// Meshes that may be worth sharing.
+    pub(super) shared: SharedMeshes,
     /// Pictures on surfaces that were read already.
     pub(super) images: HashMap<image_texture::Key, Arc<Image>>,
     /// The camera of an included glTF file, for a scene that has none of its own.
@@ -77,7 +82,7 @@ pub(super) struct Loader {
     pub(super) aspect: Option<f64>,
     /// Shapes and instances visited, against instances of instances of instances.
     pub(super) visits: u32,
-    /// Triangles so far.
+    /// Triangles so far, those of shared meshes once.
     pub(super) triangles: usize,
     /// The material of lamps that name none, once it is needed.
     pub(super) black: Option<usize>,
@@ -106,6 +111,7 @@ impl Loader {
             names: HashMap::new(),
             kit: Materials::default(),
             meshes: HashMap::new(),
+            shared: SharedMeshes::default(),
             images: HashMap::new(),
             camera: None,
             aspect: None,
@@ -283,7 +289,8 @@ pub(super) fn frame(backward: DVec3, up: DVec3) -> Option<DMat3> {
 
 impl Loader {
     /// The scene, all of whose files have been read.
-    fn finish(self) -> Scene {
+    fn finish(mut self) -> Scene {
+        self.flatten_the_few();
         Scene { source_hash: self.reader.files.hash(), ..self.scene }
     }
 

@@ -4,7 +4,6 @@ use super::json::LARGEST_LENGTH;
 use super::transform::Flaw;
 use super::{Geometry, Mesh, obj, ply};
 use glam::{DMat3, DMat4, DVec3};
-use std::f64::consts::PI;
 use std::path::Path;
 
 /// A picture is repeated at most this often: single precision on the GPU has too few digits for more.
@@ -42,7 +41,8 @@ pub fn place(mesh: &Mesh, m: &DMat4) -> Result<(Mesh, usize), Flaw> {
         return Err((format!("triangle {i} names a vertex that is not among the {count}"), "export the mesh again".into()));
     }
     let linear = DMat3::from_mat4(*m);
-    let positions: Vec<DVec3> = mesh.positions.iter().map(|&p| m.transform_point3(p)).collect();
+    let mut placed = transformed(mesh, m);
+    let positions = &placed.positions;
     if let Some(i) = positions.iter().position(|p| !p.is_finite() || p.abs().max_element() > LARGEST_LENGTH) {
         return Err((format!("vertex {i} lies beyond 1e9 m"), "use metres: scale the mesh down".into()));
     }
@@ -54,9 +54,7 @@ pub fn place(mesh: &Mesh, m: &DMat4) -> Result<(Mesh, usize), Flaw> {
         return Err(("no triangle has an area".into(), "use a mesh with faces, and a transform that keeps them".into()));
     }
     let dropped = mesh.triangles.len() - triangles.len();
-    let inverse_transpose = linear.inverse().transpose();
-    let normals = mesh.normals.iter().map(|&n| (inverse_transpose * n).normalize_or_zero()).collect();
-    let mut placed = Mesh { positions, normals, uvs: mesh.uvs.clone(), triangles };
+    placed.triangles = triangles;
     if placed.normals.contains(&DVec3::ZERO) {
         let computed = smooth_normals(&placed);
         for (normal, own) in placed.normals.iter_mut().zip(computed) {
@@ -68,10 +66,22 @@ pub fn place(mesh: &Mesh, m: &DMat4) -> Result<(Mesh, usize), Flaw> {
     Ok((placed, dropped))
 }
 
+/// The mesh as it is in the world, its triangles in the order they have.
+pub fn transformed(mesh: &Mesh, m: &DMat4) -> Mesh {
+    let inverse_transpose = DMat3::from_mat4(*m).inverse().transpose();
+    Mesh {
+        positions: mesh.positions.iter().map(|&p| m.transform_point3(p)).collect(),
+        normals: mesh.normals.iter().map(|&n| (inverse_transpose * n).normalize_or_zero()).collect(),
+        uvs: mesh.uvs.clone(),
+        triangles: mesh.triangles.clone(),
+    }
+}
+
 /// Can a picture be put on this?
 pub fn check_uvs(geometry: &Geometry) -> Result<(), Flaw> {
     let uvs = match geometry {
         Geometry::Mesh(mesh) => mesh.uvs.as_slice(),
+        Geometry::Instance(instance) => instance.mesh().uvs.as_slice(),
         _ => &[],
     };
     if uvs.is_empty() {
@@ -113,17 +123,4 @@ pub fn is_inside_out(mesh: &Mesh) -> bool {
         volume += a.dot(doubled);
     }
     open.length() < 1e-6 * area && volume < 0.0
-}
-
-/// Surface area of one side, m^2.
-pub fn area(geometry: &Geometry) -> f64 {
-    match geometry {
-        Geometry::Sphere { radius, .. } => 4.0 * PI * radius * radius,
-        Geometry::Disc { radius, .. } => PI * radius * radius,
-        Geometry::Cylinder { length, radius, .. } => 2.0 * PI * radius * length,
-        Geometry::Mesh(mesh) => {
-            let corners = mesh.triangles.iter().map(|t| t.map(|v| mesh.positions[v as usize]));
-            corners.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum()
-        }
-    }
 }

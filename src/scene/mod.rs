@@ -12,6 +12,7 @@ mod gltf_material;
 mod gltf_override;
 mod gltf_texture;
 mod image_texture;
+mod instance;
 mod json;
 pub mod keys;
 mod lights;
@@ -28,6 +29,7 @@ mod transform;
 mod units;
 
 pub use advice::advice;
+pub use instance::Instance;
 pub(crate) use json::{quoted, suggest};
 pub use load::{LoadOptions, load, load_str};
 pub(crate) use mesh::read as read_mesh;
@@ -50,7 +52,7 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Volumes with an index and a medium; `interiors[0]` surrounds the scene.
     pub interiors: Vec<Interior>,
-    /// Geometry, flattened: every instance is its own shape in world space.
+    /// Geometry: every instance is its own shape.
     pub shapes: Vec<Shape>,
     /// Lights that are not shapes.
     pub lights: Vec<Light>,
@@ -291,6 +293,8 @@ pub struct Emission {
 pub enum Geometry {
     /// A triangle mesh.
     Mesh(Arc<Mesh>),
+    /// A large triangle mesh that stands in many places.
+    Instance(Instance),
     /// A sphere.
     Sphere {
         /// Centre.

@@ -1,5 +1,6 @@
 //! Shapes: geometry, material, emission and transform; groups of them, and instances of groups.
 
+use super::gltf::Included;
 use super::json::{Node, quoted, suggest};
 use super::keys::GEOMETRIES;
 use super::load::{Loader, edges};
@@ -7,6 +8,7 @@ use super::spectra::Place;
 use super::units::Source;
 use super::{Emission, Geometry, Material, Mesh, Shape, gltf, mesh, transform};
 use crate::error::Result;
+use crate::geometry::area;
 use crate::spectrum::Spectrum;
 use glam::{DMat4, DVec2, DVec3};
 use std::sync::Arc;
@@ -15,7 +17,7 @@ use std::sync::Arc;
 const DEEPEST_INSTANCE: usize = 16;
 /// Shapes, instances and glTF nodes that are visited at most.
 const MOST_VISITS: u32 = 1_000_000;
-/// Triangles of the whole scene at most, all instances counted.
+/// Triangles of the whole scene at most, those of shared meshes counted once.
 pub(super) const MOST_TRIANGLES: usize = 20_000_000;
 
 impl Loader {
@@ -26,8 +28,9 @@ impl Loader {
             group.array(1)?;
         }
         if let Some(shapes) = root.get("shapes") {
+            let mut included = Included::default();
             for node in shapes.array(0)? {
-                self.shape(&node, &groups, DMat4::IDENTITY, 0)?;
+                self.shape(&node, &groups, &mut included, DMat4::IDENTITY, 0)?;
             }
         }
         Ok(())
@@ -44,7 +47,14 @@ impl Loader {
         Ok(())
     }
 
-    fn shape(&mut self, node: &Node, groups: &[(&str, Node)], parent: DMat4, depth: usize) -> Result<()> {
+    fn shape<'a>(
+        &mut self,
+        node: &Node<'a>,
+        groups: &[(&str, Node<'a>)],
+        included: &mut Included<'a>,
+        parent: DMat4,
+        depth: usize,
+    ) -> Result<()> {
         self.visit(node)?;
         node.object("shape")?;
         let (kind, inner) = node.one_of(GEOMETRIES)?;
@@ -67,11 +77,11 @@ impl Loader {
                 if depth == DEEPEST_INSTANCE {
                     return Err(inner.fail("groups contain each other, or are nested too deeply", "break the circle"));
                 }
-                group.array(1)?.iter().try_for_each(|member| self.shape(member, groups, world, depth + 1))
+                group.array(1)?.iter().try_for_each(|member| self.shape(member, groups, included, world, depth + 1))
             }
             "gltf" => {
                 inner.object("gltf")?;
-                gltf::include(self, &inner, world)
+                gltf::include(self, &inner, included, world)
             }
             _ => self.solid(node, kind, &inner, &world),
         }
@@ -81,7 +91,7 @@ impl Loader {
         inner.object(kind)?;
         let mut parts = Vec::new();
         for part in self.geometry(kind, inner)? {
-            let (placed, dropped) = transform::apply(world, &part).map_err(|(problem, remedy)| inner.fail(problem, remedy))?;
+            let (placed, dropped) = self.place(inner, world, &part)?;
             if dropped > 0 {
                 self.note(format!("{}: {dropped} triangles of no area were dropped", inner.path));
             }
@@ -103,23 +113,46 @@ impl Loader {
         Ok(())
     }
 
+    /// Geometry under a transform, a large mesh as an instance; the second value counts dropped triangles.
+    pub(super) fn place(&mut self, node: &Node, world: &DMat4, geometry: &Geometry) -> Result<(Geometry, usize)> {
+        let fail = |(problem, remedy): transform::Flaw| node.fail(problem, remedy);
+        if let Geometry::Mesh(mesh) = geometry
+            && let Some((instance, dropped, new)) = self.shared.instance(mesh, world).map_err(fail)?
+        {
+            self.count_triangles(node, new)?;
+            return Ok((Geometry::Instance(instance), dropped));
+        }
+        transform::apply(world, geometry).map_err(fail)
+    }
+
+    fn count_triangles(&mut self, node: &Node, new: usize) -> Result<()> {
+        self.triangles += new;
+        if self.triangles > MOST_TRIANGLES {
+            let problem = format!("the scene has more than {MOST_TRIANGLES} triangles");
+            return Err(node.fail(problem, "use smaller meshes or fewer instances"));
+        }
+        Ok(())
+    }
+
     /// Adds a shape to the scene.
-    pub(super) fn push(&mut self, node: &Node, shape: Shape) -> Result<()> {
+    pub(super) fn push(&mut self, node: &Node, mut shape: Shape) -> Result<()> {
+        // Every triangle of a lamp is a light of its own.
+        if let (Geometry::Instance(instance), Some(_)) = (&shape.geometry, &shape.emission) {
+            shape.geometry = Geometry::Mesh(Arc::new(instance.flattened()));
+        }
         if let Geometry::Mesh(mesh) = &shape.geometry {
-            self.triangles += mesh.triangles.len();
-            if self.triangles > MOST_TRIANGLES {
-                return Err(node.fail(
-                    format!("the scene has more than {MOST_TRIANGLES} triangles"),
-                    "use smaller meshes or fewer instances",
-                ));
-            }
+            self.count_triangles(node, mesh.triangles.len())?;
         }
         if self.has_image(shape.material, shape.emission.as_ref()) {
             mesh::check_uvs(&shape.geometry).map_err(|(problem, remedy)| node.fail(problem, remedy))?;
         }
-        if let (Geometry::Mesh(mesh), Material::Dielectric { .. } | Material::Boundary { interior: Some(_) }) =
-            (&shape.geometry, &self.scene.materials[shape.material])
-            && mesh::is_inside_out(mesh)
+        let is_inside_out = || match &shape.geometry {
+            Geometry::Mesh(mesh) => mesh::is_inside_out(mesh),
+            Geometry::Instance(instance) => self.shared.is_inside_out(instance),
+            _ => false,
+        };
+        if let Material::Dielectric { .. } | Material::Boundary { interior: Some(_) } = &self.scene.materials[shape.material]
+            && is_inside_out()
         {
             self.note(format!(
                 "{}: the solid's triangles face inwards, so its inside is outside: mirror their order",
@@ -155,7 +188,7 @@ impl Loader {
     pub(super) fn emission(&mut self, node: &Node, parts: &[Geometry]) -> Result<Emission> {
         node.object("emission")?;
         let two_sided = node.get("two_sided").map_or(Ok(false), |n| n.boolean())?;
-        let area: f64 = parts.iter().map(mesh::area).sum();
+        let area: f64 = parts.iter().map(area).sum();
         let sides = if two_sided { 2.0 } else { 1.0 };
         let radiance = node.need("radiance")?;
         let radiance = match self.image_texture(&radiance, Place::Light)? {

@@ -109,6 +109,8 @@ pub fn apply(m: &DMat4, geometry: &Geometry) -> std::result::Result<(Geometry, u
             let (mesh, dropped) = mesh::place(mesh, m)?;
             return Ok((Geometry::Mesh(Arc::new(mesh)), dropped));
         }
+        // Only what a scene file describes is placed.
+        Geometry::Instance(instance) => return apply(m, &Geometry::Mesh(Arc::new(instance.flattened()))),
         Geometry::Sphere { center, radius } => {
             Geometry::Sphere { center: m.transform_point3(*center), radius: radius * round()? }
         }
@@ -124,7 +126,7 @@ pub fn apply(m: &DMat4, geometry: &Geometry) -> std::result::Result<(Geometry, u
     let (at, sizes) = match &placed {
         Geometry::Sphere { center, radius } | Geometry::Disc { center, radius, .. } => (*center, [*radius, *radius]),
         Geometry::Cylinder { base, length, radius, .. } => (*base, [*length, *radius]),
-        Geometry::Mesh(_) => (DVec3::ZERO, [1.0, 1.0]),
+        Geometry::Mesh(_) | Geometry::Instance(_) => (DVec3::ZERO, [1.0, 1.0]),
     };
     let near = at.is_finite() && at.abs().max_element() <= LARGEST_LENGTH;
     if !near || sizes.iter().any(|s| !(1e-12..=LARGEST_LENGTH).contains(s)) {

@@ -8,6 +8,8 @@ mod features;
 mod first_hits;
 mod furnace;
 mod independent;
+mod instances;
+mod many_lights;
 mod shipped;
 #[path = "../reference/support.rs"]
 #[allow(dead_code)] // shared with the tests of the reference

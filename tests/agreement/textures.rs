@@ -41,6 +41,12 @@ fn ball(center: DVec3, radius: f64) -> Geometry {
     Geometry::Mesh(Arc::new(Mesh { uvs, ..Mesh::clone(&mesh) }))
 }
 
+/// Colours repeated over the plane.
+pub fn tiles() -> Texture {
+    let colours = image(&COLOURS, 3, upsample::reflectance_texel);
+    on(texture(colours, [Wrap::Repeat, Wrap::Mirror], [[2.1, 0.7, 0.2], [-0.6, 1.9, -0.4]]))
+}
+
 /// A floor, a wall and a ball with pictures, before them a perforated and a half transparent sheet, and glass.
 pub fn surfaces() -> Scene {
     let mut s = room(4, 16);

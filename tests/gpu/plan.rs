@@ -3,7 +3,8 @@
 use crate::support::*;
 use abbe::gpu::kernel_source;
 use abbe::integrator::{Plan, Techniques};
-use abbe::scene::Scene;
+use abbe::scene::{Geometry, Instance, Scene};
+use glam::DAffine3;
 use serde_json::{Value, json};
 use std::collections::{BTreeSet, HashSet};
 use wgpu::naga::{self, Function, Handle, Module, Statement};
@@ -12,7 +13,7 @@ use wgpu::naga::{self, Function, Handle, Module, Statement};
 fn kernels(scene: &Scene) -> Vec<(&'static str, String)> {
     let plan = Plan::new(scene, Techniques::default());
     let constants = plan.constants()
-        + "const BVH_STACK = 24u;\nconst LIGHTS = 3u;\nconst FIRST_DISTANT_LIGHT = 1u;\nconst ENVIRONMENT_LIGHT = 2u;\nconst TARGETS = 2u;\nconst HEADS = 1024u;\nconst FIRST_UV = 8u;\n";
+        + "const BVH_STACK = 24u;\nconst LIGHTS = 3u;\nconst FIRST_DISTANT_LIGHT = 1u;\nconst ENVIRONMENT_LIGHT = 2u;\nconst TARGETS = 2u;\nconst HEADS = 1024u;\nconst FIRST_UV = 8u;\nconst FIRST_INSTANCED = 1024u;\nconst FIRST_OWNER = 70u;\nconst TREE_LIGHTS = 1u;\nconst TREE_SHARE = 0.5;\nconst FIRST_TRAIL = 30u;\n";
     let mut roots = vec![("camera_paths.wgsl", &plan.camera), ("update_film.wgsl", &plan.camera)];
     let first_hits = plan.first_hits();
     roots.push(("first_hits.wgsl", &first_hits));
@@ -69,6 +70,7 @@ fn axes() -> [Vec<Value>; 5] {
         json!({"lights": [{"sun": {"direction": [1, -1, 0], "angle_deg": 0.53, "irradiance": 1}}]}),
         json!({"lights": [{"constant": {"radiance": 1}}]}),
         json!({"lights": [{"image": {"file": "sky.png"}}]}),
+        many_points(),
         json!({"lights": []}),
     ];
     let sensors = vec![
@@ -90,6 +92,22 @@ fn axes() -> [Vec<Value>; 5] {
         json!({"film": {"bins": 6, "filter": "box"}}),
     ];
     [materials, lights, sensors, media, films]
+}
+
+/// So many lights near what they light that a tree over them pays.
+fn many_points() -> Value {
+    let at = |i: u32| [f64::from(i % 10) * 0.5 - 2.0, 0.2, f64::from(i / 10) * 0.5 - 2.0];
+    json!({"lights": (0..100).map(|i| json!({"point": {"position": at(i), "intensity": 1}})).collect::<Vec<_>>()})
+}
+
+/// The scene with an instance for every mesh that is no lamp.
+fn with_instances(mut scene: Scene) -> Scene {
+    for shape in scene.shapes.iter_mut().filter(|s| s.emission.is_none()) {
+        if let Geometry::Mesh(mesh) = &shape.geometry {
+            shape.geometry = Geometry::Instance(Instance::new(mesh.clone(), DAffine3::IDENTITY));
+        }
+    }
+    scene
 }
 
 /// Scenes such that each two choices of different axes meet in one of them.
@@ -126,6 +144,10 @@ fn pairwise() -> Vec<Scene> {
 #[test]
 fn kernels_of_all_combinations_are_valid_without_any_capability_and_bind_nothing_unused() {
     let mut scenes = pairwise();
+    let shared: Vec<_> = scenes.iter().step_by(4).cloned().map(with_instances).collect();
+    scenes.extend(shared);
+    let has = |feature: &str| scenes.iter().any(|s| Plan::new(s, Techniques::default()).has(feature));
+    assert!(has("LIGHT_TREE") && has("INSTANCES"));
     scenes.extend(shipped_scenes().into_iter().map(|(_, scene)| scene));
     let (mut seen, mut idle) = (BTreeSet::new(), BTreeSet::new());
     for scene in &scenes {

@@ -226,11 +226,8 @@ fn intersections(gpu: &Gpu, call: &str, rows: usize, inputs: &[Vec4]) -> Vec<[f6
         + &Plan::new(&scene, Techniques::default()).constants()
         + &uploaded.constants
         + "@group(0) @binding(0) var bvh: Table;
-        @group(0) @binding(1) var primitives: Table;
-        fn primitive_row(i: u32) -> vec4f {
-            return bitcast<vec4f>(fetch(primitives, i));
-        }\n"
-        + &shader_file("common/math.wgsl", &features)
+\n" + &shader_file("common/math.wgsl", &features)
+        + &shader_file("geometry/primitives.wgsl", &features)
         + &shader_file("geometry/trace.wgsl", &features);
     let body = format!(
         "var ray = Ray(a.xyz, INFINITE, b.xyz, NONE, NONE, false);

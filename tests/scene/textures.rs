@@ -188,6 +188,21 @@ fn gltf_base_colours_have_samplers_transforms_and_factors() {
 }
 
 #[test]
+fn the_specifications_example_of_a_turned_texture_shows_the_quadrant_that_it_names() {
+    // KHR_texture_transform: "utilizes only the lower left quadrant of the source image, rotated clockwise 90 degrees".
+    let folder = Folder::new("turned");
+    let moved = json!({"offset": [0, 1], "scale": [0.5, 0.5], "rotation": std::f64::consts::FRAC_PI_2});
+    let info = json!({"index": 1, "extensions": {"KHR_texture_transform": moved}});
+    let scene = folder.gltf(&document(json!({"pbrMetallicRoughness": {"metallicFactor": 0, "baseColorTexture": info}}))).unwrap();
+    let [u, v] = image(reflectance(&scene)).to_image;
+    let at = |[a, b, c]: [f64; 3], x: f64, y: f64| a * x + b * y + c;
+    for (x, y) in [(0.1, 0.1), (0.9, 0.1), (0.1, 0.9), (0.9, 0.9)] {
+        let (u, v) = (at(u, x, y), at(v, x, y));
+        assert!((0.0..0.5).contains(&u) && (0.5..1.0).contains(&v), "({x}, {y}) shows ({u}, {v})");
+    }
+}
+
+#[test]
 fn gltf_alpha_masks_and_blends() {
     let folder = Folder::new("alpha");
     for (mode, expected) in [("MASK", [1.0, 1.0, 0.0, 1.0]), ("BLEND", [1.0, 1.0, 0.0, 128.0 / 255.0])] {

@@ -4,6 +4,7 @@ mod cases;
 mod clock;
 mod curves;
 mod features;
+mod many;
 mod methods;
 mod reference;
 mod report;
@@ -83,7 +84,7 @@ pub struct Args {
     /// Instead of scenes, measure what features cost: each in a scene, and its code in the pipeline of a scene without it
     #[arg(long, conflicts_with_all = ["scenes", "make_references"])]
     features: bool,
-    /// Instead of scenes, measure how time grows with the resolution, the triangles and the bins
+    /// Instead of scenes, measure how time grows with the resolution, the triangles, the bins, and with many lights, materials and instances
     #[arg(long, conflicts_with_all = ["scenes", "make_references"])]
     scaling: bool,
     /// Count what rays test and how long paths are, and what share of the time each pass takes
@@ -110,6 +111,7 @@ pub fn run(args: &Args) -> Outcome {
         }
         if args.scaling {
             scaling::run(args, &mut report)?;
+            many::run(args, &mut report)?;
         }
         return Ok(if interrupt::requested() { Done::Interrupted } else { Done::Completely });
     }

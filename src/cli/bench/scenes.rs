@@ -69,7 +69,7 @@ fn merge(into: &mut Value, more: &Value) {
 }
 
 /// A ball with ripples of a tenth of its radius, of `2 columns (rows - 1)` triangles.
-fn wavy_ball(center: DVec3, radius: f64, columns: u32, rows: u32) -> Mesh {
+pub fn wavy_ball(center: DVec3, radius: f64, columns: u32, rows: u32) -> Mesh {
     let mut mesh = Mesh::default();
     for row in 0..=rows {
         for column in 0..columns {

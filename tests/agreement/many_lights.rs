@@ -1,0 +1,51 @@
+//! Many lights, chosen by a tree, give the light that they give when chosen by power.
+//!
+//! Seen to fail: with the probability of a choice taken from the power of the lights where one is hit by chance.
+
+use crate::compare::{BATCHES, Batches, agree, pairs};
+use crate::support::*;
+use abbe::integrator::{GpuIntegrator, Plan, Techniques};
+use abbe::scene::{Light, Scene};
+use glam::{DVec3, dvec3};
+
+/// A room with glass, under lamps of all kinds that have a place.
+fn many() -> Scene {
+    let mut s = room(4, 32);
+    s.shapes.truncate(2);
+    let lens = glass(&mut s, solid("glass", 1.5, 0), 0.0);
+    shape(&mut s, lens, sphere(dvec3(0.0, 0.4, 0.3), 0.3));
+    for i in 0..100 {
+        let (x, z) = (f64::from(i % 10) * 0.5 - 2.2, f64::from(i / 10) * 0.5 - 2.2);
+        let (at, radiance) = (dvec3(x, 0.3 + 0.1 * f64::from(i % 3), z), ramp(2.0, f64::from(1 + i % 7)));
+        match i % 5 {
+            0 => lamp(&mut s, sphere(at, 0.03), radiance),
+            1 => lamp(&mut s, disc(at, -DVec3::Y, 0.04), radiance),
+            2 => lamp(&mut s, cuboid(at, at + 0.05), radiance),
+            3 => s.lights.push(Light::Point { position: at, intensity: radiance.scaled(0.004) }),
+            _ => s.lights.push(Light::Spot {
+                position: at,
+                direction: -DVec3::Y,
+                intensity: radiance.scaled(0.004),
+                cos_inner: 0.9,
+                cos_outer: 0.3,
+            }),
+        }
+    }
+    s.lights.push(Light::Constant { radiance: flat(0.02) });
+    s
+}
+
+#[test]
+fn lights_chosen_by_a_tree_give_what_they_give_when_chosen_by_power() {
+    let scene = many();
+    let plan = Plan::new(&scene, Techniques::default());
+    assert!(plan.has("LIGHT_TREE"));
+    let render = |plan: Plan, seed: u64, spp: u32| {
+        let mut integrator = GpuIntegrator::with_plan(&scene, None, seed, plan).expect("an adapter for the scene");
+        let mut batches = Batches::new(&scene);
+        (0..BATCHES).for_each(|_| batches.add(&mut integrator, &scene, spp));
+        batches.figures()
+    };
+    let (tree, power) = (render(plan.clone(), 1, 8), render(plan.without_light_tree(), 2, 16));
+    agree("many lights", &pairs(&tree, &power, 3.0), 0.75);
+}
