@@ -213,6 +213,35 @@ fn half_floats_and_odd_bins_are_read() {
 }
 
 #[test]
+fn tiles_and_layers_are_read() {
+    use exr::prelude::*;
+    let folder = Folder::new("tiles");
+    let path = folder.0.join("a.exr");
+    let (width, height) = (37, 21);
+    let value = |channel: usize, i: usize| (1000 * channel + i) as f32;
+    let channel = |name, n| AnyChannel::new(name, FlatSamples::F32((0..width * height).map(|i| value(n, i)).collect()));
+    let layer = |name, channels: [AnyChannel<FlatSamples>; 3], blocks, compression| {
+        let encoding = Encoding { compression, blocks, line_order: LineOrder::Increasing };
+        Layer::new((width, height), LayerAttributes::named(name), encoding, AnyChannels::sort(channels.into_iter().collect()))
+    };
+    let spectrum = || [channel("S0.450nm", 1), channel("S0.500nm", 2), channel("Z", 3)];
+    for compression in [Compression::Uncompressed, Compression::ZIP16, Compression::PIZ] {
+        // Tiles that share rows, the last of each row and column cut short; behind a layer without a spectrum.
+        let flat = layer("picture", ["R", "G", "B"].map(|name| channel(name, 9)), Blocks::ScanLines, Compression::ZIP16);
+        let tiled = layer("spectrum", spectrum(), Blocks::Tiles(Vec2(16, 8)), compression);
+        let attributes = ImageAttributes::new(IntegerBounds::from_dimensions((width, height)));
+        let image = Image { attributes, layer_data: Layers::from([flat, tiled]) };
+        image.write().to_file(&path).unwrap();
+        let image = SpectralImage::read(&path).unwrap();
+        assert_eq!((image.width, image.height, image.bins(), image.others.len()), (width, height, 2, 1));
+        for i in 0..width * height {
+            assert_eq!(image.pixel(i), [value(1, i), value(2, i)], "{compression:?}, pixel {i}");
+            assert_eq!(image.other("Z").unwrap()[i], value(3, i));
+        }
+    }
+}
+
+#[test]
 fn a_reflectance_image_is_read_as_one() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/fichet_reflective_20.exr");
     let image = SpectralImage::read(path).unwrap();
