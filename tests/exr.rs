@@ -254,7 +254,7 @@ fn a_reflectance_image_is_read_as_one() {
 fn what_is_no_spectral_image_is_refused_with_a_remedy() {
     let folder = Folder::new("rgb");
     let path = folder.0.join("a.exr");
-    write_picture(&path, &[[1.0; 3]; 6], 3, &Development::default(), Precision::default()).unwrap();
+    write_picture(&path, &[[1.0; 3]; 6], 3, &Development::default(), Precision::default(), None).unwrap();
     let error = SpectralImage::read(&path).unwrap_err().to_string();
     assert!(error.contains("no spectral channels") && error.contains("S0.390,000000nm") && error.contains("--bands"), "{error}");
     assert!(SpectralImage::read("no such file.exr").is_err());
