@@ -213,6 +213,26 @@ fn half_floats_and_odd_bins_are_read() {
 }
 
 #[test]
+fn what_pbrt_writes_is_read() {
+    // What the file is, and where its values come from: tools/make-pbrt-exr.py.
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/pbrt_spectral_16.exr");
+    let image = SpectralImage::read(path).unwrap();
+    assert_eq!((image.quantity, image.width, image.height, image.bins()), (Quantity::Emissive, 5, 3, 16));
+    assert!((image.edges_nm()[0] - 360.0).abs() < 2e-3 && (image.edges_nm()[16] - 830.0).abs() < 2e-3);
+    for (i, (x, y)) in (0..3).flat_map(|y| (0..5).map(move |x| (x, y))).enumerate() {
+        for (b, value) in image.pixel(i).iter().enumerate() {
+            let nm = 360.0 + 470.0 / 16.0 * (b as f64 + 0.5);
+            let exact = f64::from(x + 1) / 4.0 * (-((nm - 450.0 - 60.0 * f64::from(y)) / 80.0).powi(2)).exp();
+            // Half floats have 11 digits, and below 2^-14 steps of 2^-24.
+            let step = (exact / 2048.0).max(f64::exp2(-25.0));
+            assert!((f64::from(*value) - exact).abs() <= step, "pixel {x}, {y} at {nm} nm: {value} is not {exact}");
+        }
+    }
+    assert_eq!(image.other("B"), Some([0.125; 15].as_slice()));
+    assert_eq!((image.attribute("renderTimeSeconds"), image.attribute("samplesPerPixel")), (Some("1.5"), Some("16")));
+}
+
+#[test]
 fn tiles_and_layers_are_read() {
     use exr::prelude::*;
     let folder = Folder::new("tiles");
