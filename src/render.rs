@@ -56,6 +56,8 @@ pub struct BatchStats {
     pub camera_time: Duration,
     /// Likewise, its light pass.
     pub light_time: Duration,
+    /// The longest dispatch of either: drivers end those that take too long.
+    pub longest_dispatch: Duration,
     /// What the GPU's camera pass did, where it was asked to count.
     pub camera_counts: Counts,
     /// Likewise, its light pass.
@@ -93,6 +95,7 @@ impl std::ops::AddAssign for BatchStats {
         self.camera_rays += b.camera_rays;
         self.camera_time += b.camera_time;
         self.light_time += b.light_time;
+        self.longest_dispatch = self.longest_dispatch.max(b.longest_dispatch);
         self.camera_counts += b.camera_counts;
         self.light_counts += b.light_counts;
     }

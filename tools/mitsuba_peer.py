@@ -10,6 +10,7 @@ bins, so that the mean tends to that of the bin. By LLVM, several paths at a tim
 """
 
 import json
+import os
 import resource
 import sys
 import time
@@ -121,8 +122,13 @@ def cpu_seconds():
     return usage.ru_utime + usage.ru_stime
 
 
+# Mitsuba's own messages leave by standard output too: they go to the errors.
+ANSWERS = os.fdopen(os.dup(1), "w")
+os.dup2(2, 1)
+
+
 def say(**line):
-    print(json.dumps(line), flush=True)
+    print(json.dumps(line), file=ANSWERS, flush=True)
 
 
 def main():

@@ -302,6 +302,11 @@ impl GpuIntegrator {
         f64::from(self.params.image_width) * f64::from(self.params.image_height)
     }
 
+    /// Tiles that the picture is rendered in; light paths are traced for each.
+    pub fn tile_count(&self) -> usize {
+        self.tiles().len()
+    }
+
     fn tiles(&self) -> Vec<Tile> {
         tiles(&self.gpu, &self.plan, self.params.image_width, self.params.image_height)
     }

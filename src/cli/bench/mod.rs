@@ -12,6 +12,7 @@ mod report;
 mod roofline;
 mod scaling;
 mod scenes;
+mod tiles;
 
 use super::load::Overrides;
 use super::render::StopArgs;
@@ -94,7 +95,7 @@ pub struct Args {
     /// Instead of scenes, measure what features cost: each in a scene, and its code in the pipeline of a scene without it
     #[arg(long, conflicts_with_all = ["scenes", "make_references"])]
     features: bool,
-    /// Instead of scenes, measure how time grows with the resolution, the triangles, the bins, and with many lights, materials and instances
+    /// Instead of scenes, measure how time grows with the resolution, the triangles, the bins, many lights, materials and instances, and tiles
     #[arg(long, conflicts_with_all = ["scenes", "make_references"])]
     scaling: bool,
     /// Count what rays test and how long paths are, and what share of the time each pass takes
@@ -122,6 +123,7 @@ pub fn run(args: &Args) -> Outcome {
         if args.scaling {
             scaling::run(args, &mut report)?;
             many::run(args, &mut report)?;
+            tiles::run(args, &mut report)?;
         }
         return Ok(if interrupt::requested() { Done::Interrupted } else { Done::Completely });
     }

@@ -8,7 +8,7 @@ use crate::scene::{Geometry, Material, Mesh, Scene, Sensor, Shape, Texture};
 use crate::spectrum::{Ior, Spectrum};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Duration;
@@ -78,25 +78,23 @@ impl Peer {
 
     fn run(scene: &Scene, integrator: &str, folder: &Path) -> std::result::Result<Self, String> {
         let described = describe(scene, integrator, folder)?;
+        let errors = folder.join("errors");
         let mut process = Command::new("python3")
             .args(["-c", DRIVER])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
+            .stderr(std::fs::File::create(&errors).map_err(|e| format!("{}: {e}", errors.display()))?)
             .spawn()
             .map_err(|e| format!("python3: {e}"))?;
-        let (Some(mut input), Some(output), Some(mut errors)) =
-            (process.stdin.take(), process.stdout.take(), process.stderr.take())
-        else {
+        let (Some(mut input), Some(output)) = (process.stdin.take(), process.stdout.take()) else {
             return Err("python3 cannot be spoken with".to_string());
         };
         // If it ended already, what it says is more to the point than that it does not listen.
         let _ = writeln!(input, "{described}");
         let mut output = BufReader::new(output);
         let Some(first) = answer(&mut output) else {
-            let mut said = String::new();
-            let _ = errors.read_to_string(&mut said);
-            let _ = process.wait();
+            end(&mut process);
+            let said = std::fs::read_to_string(errors).unwrap_or_default();
             return Err(said.lines().last().unwrap_or("python3 ended").to_string());
         };
         let (name, setup) = (first["name"].as_str().unwrap_or_default().to_string(), first["setup"].as_f64().unwrap_or(f64::NAN));
@@ -123,11 +121,15 @@ impl Peer {
 
 impl Drop for Peer {
     fn drop(&mut self) {
-        // It may have ended already.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
+        end(&mut self.process);
         remove(&self.folder);
     }
+}
+
+/// Ends it, if it has not ended already.
+fn end(process: &mut Child) {
+    let _ = process.kill();
+    let _ = process.wait();
 }
 
 /// A folder of its own under the system's, which cleans up what is left.

@@ -64,6 +64,7 @@ pub fn run(args: &Args, scene: &Scene, report: &mut Report) -> Result<()> {
             "bytes_per_ray": bytes,
             "operations_per_ray": operations,
             "alive_after_events": alive,
+            "longest_dispatch_seconds": timed.longest_dispatch.as_secs_f64(),
         });
         if !args.json {
             out(&text(&row));
@@ -92,7 +93,7 @@ fn text(row: &Value) -> String {
     let label = |key: &str| row[key].as_str().unwrap_or_default().to_string();
     format!(
         "{:<20} {:<7} {:>3.0} % of the time, {}rays/s, {:.1} rays per path; per ray {:.1} nodes, {:.1} primitives, {:.0} bytes, \
-         {:.0} operations; alive after 1, 2, 4, 8 events: {:.0}, {:.0}, {:.0}, {:.0} %",
+         {:.0} operations; alive after 1, 2, 4, 8 events: {:.0}, {:.0}, {:.0}, {:.0} %; longest dispatch {:.0} ms",
         label("case"),
         label("pass"),
         100.0 * number("share_of_time"),
@@ -105,6 +106,7 @@ fn text(row: &Value) -> String {
         alive(1),
         alive(2),
         alive(4),
-        alive(8)
+        alive(8),
+        1e3 * number("longest_dispatch_seconds")
     )
 }
