@@ -5,7 +5,7 @@ use crate::gpu::layout::{
     COUNTER_ENDED, COUNTER_NEGATIVE, COUNTER_NODES, COUNTER_NOT_FINITE, COUNTER_PRIMITIVES, COUNTER_RAYS, COUNTER_SATURATED,
     COUNTER_TRUNCATED, COUNTER_UNFINISHED, COUNTERS, Params,
 };
-use crate::gpu::{Gpu, Kernel, Resource};
+use crate::gpu::{Gpu, Kernel, Resource, Timer};
 use crate::render::{BatchStats, Counts};
 use std::time::{Duration, Instant};
 
@@ -18,6 +18,8 @@ pub(super) struct Pass {
     pub(super) kernels: Vec<Kernel>,
     /// Most workgroups of a dispatch.
     pub(super) limit: u32,
+    /// Place of the first kernel's time in [`BatchStats::kernel_times`].
+    pub(super) first_time: usize,
     /// Workgroups of the next dispatch: adapted so that it takes [`DISPATCH_TIME`].
     pub(super) groups: u32,
 }
@@ -25,6 +27,7 @@ pub(super) struct Pass {
 /// What the dispatches of a pass over one tile share.
 pub(super) struct Job<'a> {
     pub(super) gpu: &'a Gpu,
+    pub(super) timer: Option<&'a Timer>,
     pub(super) uniforms: &'a Resource,
     pub(super) counters: &'a Resource,
     pub(super) resources: &'a [(&'a str, &'a Resource)],
@@ -43,15 +46,22 @@ impl Job<'_> {
             self.gpu.write(self.counters, &[0u32; COUNTERS]);
             let start = Instant::now();
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-            for (kernel, bindings) in pass.kernels.iter().zip(&bindings) {
-                kernel.dispatch(&mut encoder, bindings, now);
+            for (i, (kernel, bindings)) in pass.kernels.iter().zip(&bindings).enumerate() {
+                kernel.dispatch_timed(&mut encoder, bindings, now, self.timer.map(|timer| (timer, i as u32)));
             }
+            let kernels = pass.kernels.len() as u32;
+            self.timer.iter().for_each(|timer| timer.resolve(&mut encoder, kernels));
             self.gpu.queue.submit([encoder.finish()]);
             self.gpu.wait()?;
             let elapsed = start.elapsed();
             time += elapsed;
             first += now;
             pass.groups = next_groups(pass.groups, now, elapsed).min(pass.limit);
+            if let Some(timer) = self.timer {
+                for (i, time) in timer.times(self.gpu, kernels)?.into_iter().enumerate() {
+                    stats.kernel_times[pass.first_time + i] += time;
+                }
+            }
             let c: Vec<u32> = self.gpu.read(self.counters, (COUNTERS * 4) as u64)?;
             let at = |i: u32| u64::from(c[i as usize]);
             stats += BatchStats {
