@@ -56,6 +56,10 @@ pub struct BatchStats {
     pub camera_time: Duration,
     /// Likewise, its light pass.
     pub light_time: Duration,
+    /// Time by the adapter's own clock, of each of [`BatchStats::KERNELS`]; 0 unless asked for.
+    pub kernel_times: [Duration; 3],
+    /// The longest dispatch of either: drivers end those that take too long.
+    pub longest_dispatch: Duration,
     /// What the GPU's camera pass did, where it was asked to count.
     pub camera_counts: Counts,
     /// Likewise, its light pass.
@@ -81,6 +85,11 @@ impl std::ops::AddAssign for Counts {
     }
 }
 
+impl BatchStats {
+    /// The kernels of the GPU's passes: two of the camera's, one of the light's.
+    pub const KERNELS: [&'static str; 3] = ["camera paths", "film", "light paths"];
+}
+
 impl std::ops::AddAssign for BatchStats {
     fn add_assign(&mut self, b: Self) {
         self.paths += b.paths;
@@ -93,6 +102,8 @@ impl std::ops::AddAssign for BatchStats {
         self.camera_rays += b.camera_rays;
         self.camera_time += b.camera_time;
         self.light_time += b.light_time;
+        self.kernel_times.iter_mut().zip(b.kernel_times).for_each(|(a, b)| *a += b);
+        self.longest_dispatch = self.longest_dispatch.max(b.longest_dispatch);
         self.camera_counts += b.camera_counts;
         self.light_counts += b.light_counts;
     }

@@ -118,6 +118,21 @@ fn the_picture_of_a_render_can_be_made_again_from_its_file() {
 }
 
 #[test]
+fn the_adapter_makes_the_same_picture() {
+    let folder = Folder::new("device");
+    folder.render("");
+    let picture = |device: &str| {
+        folder.run(&format!("develop ball.exr -o {device}.png --bits 16 --tone agx --space p3 --device {device}"));
+        png(&folder.path(&format!("{device}.png"))).1
+    };
+    let adapters = abbe::gpu::list_adapters();
+    let (exact, ours) = (picture("reference"), picture(adapters[0].name.split(' ').next().unwrap()));
+    assert!(exact.iter().any(|v| *v > 1000));
+    assert!(exact.iter().zip(&ours).all(|(a, b)| a.abs_diff(*b) <= 1), "{exact:?} {ours:?}");
+    folder.fails("develop ball.exr -o a.png --device tubes", "choose one of");
+}
+
+#[test]
 fn pictures_are_marked_with_their_space() {
     let folder = Folder::new("marks");
     folder.render("");

@@ -213,6 +213,55 @@ fn half_floats_and_odd_bins_are_read() {
 }
 
 #[test]
+fn what_pbrt_writes_is_read() {
+    // What the file is, and where its values come from: tools/make-pbrt-exr.py.
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/pbrt_spectral_16.exr");
+    let image = SpectralImage::read(path).unwrap();
+    assert_eq!((image.quantity, image.width, image.height, image.bins()), (Quantity::Emissive, 5, 3, 16));
+    assert!((image.edges_nm()[0] - 360.0).abs() < 2e-3 && (image.edges_nm()[16] - 830.0).abs() < 2e-3);
+    for (i, (x, y)) in (0..3).flat_map(|y| (0..5).map(move |x| (x, y))).enumerate() {
+        for (b, value) in image.pixel(i).iter().enumerate() {
+            let nm = 360.0 + 470.0 / 16.0 * (b as f64 + 0.5);
+            let exact = f64::from(x + 1) / 4.0 * (-((nm - 450.0 - 60.0 * f64::from(y)) / 80.0).powi(2)).exp();
+            // Half floats have 11 digits, and below 2^-14 steps of 2^-24.
+            let step = (exact / 2048.0).max(f64::exp2(-25.0));
+            assert!((f64::from(*value) - exact).abs() <= step, "pixel {x}, {y} at {nm} nm: {value} is not {exact}");
+        }
+    }
+    assert_eq!(image.other("B"), Some([0.125; 15].as_slice()));
+    assert_eq!((image.attribute("renderTimeSeconds"), image.attribute("samplesPerPixel")), (Some("1.5"), Some("16")));
+}
+
+#[test]
+fn tiles_and_layers_are_read() {
+    use exr::prelude::*;
+    let folder = Folder::new("tiles");
+    let path = folder.0.join("a.exr");
+    let (width, height) = (37, 21);
+    let value = |channel: usize, i: usize| (1000 * channel + i) as f32;
+    let channel = |name, n| AnyChannel::new(name, FlatSamples::F32((0..width * height).map(|i| value(n, i)).collect()));
+    let layer = |name, channels: [AnyChannel<FlatSamples>; 3], blocks, compression| {
+        let encoding = Encoding { compression, blocks, line_order: LineOrder::Increasing };
+        Layer::new((width, height), LayerAttributes::named(name), encoding, AnyChannels::sort(channels.into_iter().collect()))
+    };
+    let spectrum = || [channel("S0.450nm", 1), channel("S0.500nm", 2), channel("Z", 3)];
+    for compression in [Compression::Uncompressed, Compression::ZIP16, Compression::PIZ] {
+        // Tiles that share rows, the last of each row and column cut short; behind a layer without a spectrum.
+        let flat = layer("picture", ["R", "G", "B"].map(|name| channel(name, 9)), Blocks::ScanLines, Compression::ZIP16);
+        let tiled = layer("spectrum", spectrum(), Blocks::Tiles(Vec2(16, 8)), compression);
+        let attributes = ImageAttributes::new(IntegerBounds::from_dimensions((width, height)));
+        let image = Image { attributes, layer_data: Layers::from([flat, tiled]) };
+        image.write().to_file(&path).unwrap();
+        let image = SpectralImage::read(&path).unwrap();
+        assert_eq!((image.width, image.height, image.bins(), image.others.len()), (width, height, 2, 1));
+        for i in 0..width * height {
+            assert_eq!(image.pixel(i), [value(1, i), value(2, i)], "{compression:?}, pixel {i}");
+            assert_eq!(image.other("Z").unwrap()[i], value(3, i));
+        }
+    }
+}
+
+#[test]
 fn a_reflectance_image_is_read_as_one() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/fichet_reflective_20.exr");
     let image = SpectralImage::read(path).unwrap();
@@ -225,7 +274,7 @@ fn a_reflectance_image_is_read_as_one() {
 fn what_is_no_spectral_image_is_refused_with_a_remedy() {
     let folder = Folder::new("rgb");
     let path = folder.0.join("a.exr");
-    write_picture(&path, &[[1.0; 3]; 6], 3, &Development::default(), Precision::default()).unwrap();
+    write_picture(&path, &[[1.0; 3]; 6], 3, &Development::default(), Precision::default(), None).unwrap();
     let error = SpectralImage::read(&path).unwrap_err().to_string();
     assert!(error.contains("no spectral channels") && error.contains("S0.390,000000nm") && error.contains("--bands"), "{error}");
     assert!(SpectralImage::read("no such file.exr").is_err());

@@ -6,7 +6,7 @@ use abbe::color::convert;
 use abbe::color::gamut::Gamut;
 use abbe::color::lab::{delta_e_2000, lab_of_xyz};
 use abbe::color::oklab::{hue_degrees, oklab_of_xyz};
-use abbe::color::picture::{AUTO_SHARE, Developer, Development, auto_exposure};
+use abbe::color::picture::{AUTO_SHARE, Developer, Development, Whole, auto_exposure};
 use abbe::color::space::{D65, Space};
 use abbe::color::tone::{Tone, ToneCurve};
 use abbe::spectrum::library::{self, Observer};
@@ -27,7 +27,7 @@ fn pixel_of_rgb(rgb: [f64; 3]) -> [f32; 3] {
 
 /// Rounded, not dithered.
 fn encoded(d: &Development, xyz: &[[f32; 3]], most: u16) -> Vec<[u16; 3]> {
-    Developer::new(d).encoded(xyz, xyz.len(), most, false)
+    Developer::new(d).encoded(xyz, Whole { most, dither: false, width: xyz.len() })
 }
 
 fn bytes(xyz: &[[f32; 3]], exposure: f64) -> Vec<[u16; 3]> {
@@ -135,7 +135,7 @@ type Shown = (f64, [f64; 3], [u16; 3]);
 fn show_spectrum(d: &Development, gain: f64) -> Vec<Shown> {
     let (nm, xyz): (Vec<f64>, Vec<[f32; 3]>) = spectrum(gain).into_iter().unzip();
     let developer = Developer::new(d);
-    let bits = developer.encoded(&xyz, xyz.len(), 65535, false);
+    let bits = developer.encoded(&xyz, Whole { most: 65535, dither: false, width: xyz.len() });
     nm.into_iter().zip(xyz).zip(bits).map(|((nm, xyz), bits)| (nm, developer.linear(xyz), bits)).collect()
 }
 
@@ -311,7 +311,8 @@ fn every_space_shows_a_patch_alike() {
 #[test]
 fn dither_keeps_the_mean_and_spares_black_and_white() {
     let developer = Developer::new(&Development { gamut: Gamut::Clip, ..Development::default() });
-    let shown = |v: f64, dither| developer.encoded(&vec![pixel_of_rgb([v; 3]); 128 * 128], 128, 255, dither);
+    let shown =
+        |v: f64, dither| developer.encoded(&vec![pixel_of_rgb([v; 3]); 128 * 128], Whole { most: 255, dither, width: 128 });
     for v in [0.0, 1.0] {
         assert!(shown(v, true).iter().flatten().all(|&b| f64::from(b) == 255.0 * v));
     }

@@ -23,7 +23,7 @@ pub struct Args {
 }
 
 /// The name that stands for [`ReferenceIntegrator`].
-const REFERENCE: &str = "reference";
+pub(super) const REFERENCE: &str = "reference";
 
 /// `abbe devices`.
 pub fn run(args: &Args) -> Outcome {

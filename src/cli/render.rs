@@ -164,7 +164,7 @@ pub fn run(args: &Args) -> Outcome {
         write_exr(&exr, &film, &origin, aovs)?;
         let development = Development { exposure, ..Development::default() };
         if let Some(png) = &png {
-            write_picture(png, &xyz, scene.film.width as usize, &development, Precision::default())?;
+            write_picture(png, &xyz, scene.film.width as usize, &development, Precision::default(), None)?;
         }
     }
     let report =

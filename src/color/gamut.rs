@@ -9,7 +9,8 @@
 //! - The ring has corners at the primaries, which show as lines in a smooth spectrum. Colours far outside go to a ring with its corners rounded off.
 
 use super::convert::{Matrix, apply, multiply};
-use super::oklab::{XYZ_TO_LMS, hue_degrees, oklab_of_lms, saturation};
+use super::gpu::wgsl;
+use super::oklab::{ROOTS_TO_LAB, XYZ_TO_LMS, hue_degrees, oklab_of_lms, saturation};
 use super::space::Space;
 
 /// How far the hue moves from Oklab's to that of the cut colour.
@@ -86,6 +87,24 @@ impl GamutMap {
         let rounded = at(&self.rounded, hue);
         let p = self.of_lightness_one(std::array::from_fn(|i| sharp[i] + share * (rounded[i] - sharp[i])));
         p.map(|v| v * lab[0].powi(3))
+    }
+
+    /// Names and values of the numbers of [`GamutMap::without_negatives`] for the same on a GPU.
+    pub(super) fn wgsl(&self) -> String {
+        [
+            wgsl::matrix("RGB_TO_LMS", &self.to_lms),
+            wgsl::matrix("ROOTS_TO_LAB", &ROOTS_TO_LAB),
+            wgsl::number("HUE_SHARE", HUE_SHARE),
+            wgsl::number("FAR_OUTSIDE", FAR_OUTSIDE),
+            wgsl::count("RING", ENTRIES),
+            wgsl::count("ROUNDED_RING", ROUNDED_ENTRIES),
+        ]
+        .concat()
+    }
+
+    /// The most saturated colours of every hue, sharp and rounded.
+    pub(super) fn rings(&self) -> [&[[f64; 3]]; 2] {
+        [&self.ring, &self.rounded]
     }
 
     fn oklab(&self, rgb: [f64; 3]) -> [f64; 3] {

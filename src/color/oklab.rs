@@ -10,7 +10,7 @@ pub const XYZ_TO_LMS: Matrix = [
 ];
 
 /// Cube roots of the responses to L, a, b.
-const ROOTS_TO_LAB: Matrix = [
+pub(super) const ROOTS_TO_LAB: Matrix = [
     [0.210_454_255_3, 0.793_617_785_0, -0.004_072_046_8],
     [1.977_998_495_1, -2.428_592_205_0, 0.450_593_709_9],
     [0.025_904_037_1, 0.782_771_766_2, -0.808_675_766_0],

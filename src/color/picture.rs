@@ -47,11 +47,11 @@ impl Default for Development {
 #[derive(Debug, Clone)]
 pub struct Developer {
     /// XYZ in cd m^-2 to linear RGB, exposure and white balance included.
-    to_rgb: Matrix,
-    tone: ToneCurve,
-    gamut: Gamut,
-    map: GamutMap,
-    transfer: Transfer,
+    pub(super) to_rgb: Matrix,
+    pub(super) tone: ToneCurve,
+    pub(super) gamut: Gamut,
+    pub(super) map: GamutMap,
+    pub(super) transfer: Transfer,
 }
 
 impl Developer {
@@ -102,19 +102,32 @@ impl Developer {
         xyz.par_iter().with_min_len(1024).map(|&p| self.linear(p).map(|v| v as f32)).collect()
     }
 
-    /// Encoded components as whole numbers of 0 to `most`, three per pixel, for a picture `width` pixels wide. With `dither` they are
-    /// rounded up or down in a fixed pattern, in proportion to what they lie between; 0 and `most` stay.
-    pub fn encoded(&self, xyz: &[[f32; 3]], width: usize, most: u16, dither: bool) -> Vec<[u16; 3]> {
-        let most = f64::from(most);
-        let encode = |(i, &p): (usize, &[f32; 3])| {
-            let rgb = self.linear(p);
-            std::array::from_fn(|c| {
-                let value = most * self.transfer.encode(rgb[c].clamp(0.0, 1.0));
-                let threshold = if dither { gradient_noise(i % width, i / width, c) } else { 0.5 };
-                (value + threshold).floor().min(most) as u16
-            })
-        };
+    /// Encoded components of every pixel as whole numbers.
+    pub fn encoded(&self, xyz: &[[f32; 3]], whole: Whole) -> Vec<[u16; 3]> {
+        let encode = |(i, &p)| whole.of(i, self.linear(p).map(|v| self.transfer.encode(v.clamp(0.0, 1.0))));
         xyz.par_iter().enumerate().with_min_len(1024).map(encode).collect()
+    }
+}
+
+/// How components of 0 to 1 become whole numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Whole {
+    /// What stands for 1.
+    pub most: u16,
+    /// Round up or down in a fixed pattern, in proportion to what a component lies between; 0 and `most` stay.
+    pub dither: bool,
+    /// Pixels across, for the pattern.
+    pub width: usize,
+}
+
+impl Whole {
+    /// Of the components of pixel `i`, counted row by row.
+    pub fn of(&self, i: usize, components: [f64; 3]) -> [u16; 3] {
+        let most = f64::from(self.most);
+        std::array::from_fn(|c| {
+            let threshold = if self.dither { gradient_noise(i % self.width, i / self.width, c) } else { 0.5 };
+            (most * components[c] + threshold).floor().min(most) as u16
+        })
     }
 }
 

@@ -1,6 +1,7 @@
 //! Tone curves: from light of any brightness towards what a screen can show.
 
 use super::convert::{Matrix, apply, multiply};
+use super::gpu::wgsl;
 use super::space::Space;
 
 /// A tone curve.
@@ -56,24 +57,49 @@ impl ToneCurve {
         }
     }
 
+    /// Names and values of the numbers of [`ToneCurve::apply`] for the same on a GPU, and the name of the curve there.
+    pub(super) fn wgsl(&self) -> (String, &'static str) {
+        let matrices = wgsl::matrix("TONE_INTO", &self.into) + &wgsl::matrix("TONE_BACK", &self.back);
+        match self.tone {
+            Tone::None => (String::new(), "TONE_NONE"),
+            Tone::Reinhard => {
+                let numbers = [wgsl::vector("LUMINANCE", self.luminance), wgsl::number("REINHARD_WHITE", REINHARD_WHITE)];
+                (numbers.concat(), "TONE_REINHARD")
+            }
+            Tone::Aces => (matrices + &wgsl::array("ACES_FIT", &ACES_FIT), "TONE_ACES"),
+            Tone::AgX => {
+                let numbers = [
+                    wgsl::matrix("AGX_OUTSET", &AGX_OUTSET),
+                    wgsl::array("AGX_SIGMOID_AROUND_HALF", &around_half(AGX_SIGMOID)),
+                    wgsl::number("AGX_LEAST", AGX_LEAST),
+                    wgsl::number("AGX_GREY", AGX_GREY),
+                    wgsl::number("AGX_STOPS_BELOW", AGX_STOPS_BELOW),
+                    wgsl::number("AGX_STOPS_ABOVE", AGX_STOPS_ABOVE),
+                    wgsl::number("AGX_EXPONENT", AGX_EXPONENT),
+                ];
+                (matrices + &numbers.concat(), "TONE_AGX")
+            }
+        }
+    }
+
     /// Linear RGB, white at 1, to linear RGB for a screen.
     pub fn apply(&self, rgb: [f64; 3]) -> [f64; 3] {
         match self.tone {
             Tone::None => rgb,
             Tone::Reinhard => {
-                const WHITE: f64 = 4.0;
                 let y = (0..3).map(|i| self.luminance[i] * rgb[i]).sum::<f64>().max(0.0);
-                rgb.map(|v| v * (1.0 + y / (WHITE * WHITE)) / (1.0 + y))
+                rgb.map(|v| v * (1.0 + y / (REINHARD_WHITE * REINHARD_WHITE)) / (1.0 + y))
             }
             Tone::Aces => {
-                let fit = |v: f64| (v * (v + 0.024_578_6) - 0.000_090_537) / (v * (0.983_729 * v + 0.432_951_0) + 0.238_081);
+                let [a, b, c, d, e] = ACES_FIT;
+                let fit = |v: f64| (v * (v + a) + b) / (v * (c * v + d) + e);
                 apply(&self.back, apply(&self.into, rgb).map(|v| fit(v.max(0.0)).max(0.0)))
             }
             Tone::AgX => {
-                // From 10 stops below middle grey, 0.18, to 6.5 above.
-                let log = |v: f64| ((v.max(1e-10) / 0.18).log2() + 10.0) / 16.5;
+                let stops = |v: f64| (v.max(AGX_LEAST) / AGX_GREY).log2();
+                let log = |v: f64| (stops(v) + AGX_STOPS_BELOW) / (AGX_STOPS_BELOW + AGX_STOPS_ABOVE);
                 let shaped = apply(&self.into, rgb).map(|v| agx_sigmoid(log(v).clamp(0.0, 1.0)));
-                apply(&self.back, apply(&AGX_OUTSET, shaped).map(|v| v.max(0.0).powf(2.2)))
+                apply(&self.back, apply(&AGX_OUTSET, shaped).map(|v| v.max(0.0).powf(AGX_EXPONENT)))
             }
         }
     }
@@ -86,6 +112,19 @@ fn saturation(share: f64, luminance: [f64; 3]) -> Matrix {
     std::array::from_fn(|r| std::array::from_fn(|c| share * IDENTITY[r][c] + (1.0 - share) * luminance[c]))
 }
 
+/// The luminance that comes out white.
+const REINHARD_WHITE: f64 = 4.0;
+
+/// Of `(v (v + a) + b) / (v (c v + d) + e)`.
+const ACES_FIT: [f64; 5] = [0.024_578_6, -0.000_090_537, 0.983_729, 0.432_951_0, 0.238_081];
+
+/// Middle grey, how many stops below and above it the sigmoid reaches, and what counts for less.
+const AGX_GREY: f64 = 0.18;
+const AGX_STOPS_BELOW: f64 = 10.0;
+const AGX_STOPS_ABOVE: f64 = 6.5;
+const AGX_LEAST: f64 = 1e-10;
+/// What the sigmoid's result is encoded with.
+const AGX_EXPONENT: f64 = 2.2;
 const AGX_INSET: Matrix = [
     [0.856_627_153_315_983, 0.095_121_240_538_158_8, 0.048_251_606_145_858_3],
     [0.137_318_972_929_847, 0.761_241_990_602_591, 0.101_439_036_467_562],
@@ -97,6 +136,18 @@ const AGX_OUTSET: Matrix = [
     [-0.141_329_763_498_438_26, -0.110_606_643_096_602_94, 1.251_936_406_595_040_5],
 ];
 
+/// Coefficients, of the highest power first.
+const AGX_SIGMOID: [f64; 7] = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232];
+
+/// The coefficients of the same polynomial in x - 1/2, whose terms cancel less where digits are few.
+fn around_half(mut c: [f64; 7]) -> [f64; 7] {
+    // Horner's division by x - 1/2, again and again: each remainder is a coefficient.
+    for last in (1..c.len()).rev() {
+        (1..=last).for_each(|i| c[i] += 0.5 * c[i - 1]);
+    }
+    c
+}
+
 fn agx_sigmoid(x: f64) -> f64 {
-    [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232].into_iter().fold(0.0, |sum, c| sum * x + c)
+    AGX_SIGMOID.into_iter().fold(0.0, |sum, c| sum * x + c)
 }

@@ -124,6 +124,7 @@ impl Gpu {
         let info = AdapterInfo::of(&adapter.get_info());
         let request = adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("abbe"),
+            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
             required_limits: adapter.limits(),
             ..Default::default()
         });
@@ -258,6 +259,10 @@ impl Gpu {
         let Resource::Buffer(buffer) = buffer else {
             return Err(Error::device("a table was to be read back", "this is a defect of Abbe: please report it"));
         };
+        self.read_buffer(buffer, size)
+    }
+
+    pub(super) fn read_buffer<T: bytemuck::Pod>(&self, buffer: &wgpu::Buffer, size: u64) -> Result<Vec<T>> {
         let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("read back"),
             size,

@@ -1,6 +1,6 @@
 //! A compute pipeline whose buffers and textures are bound by the names they have in its WGSL.
 
-use super::{Gpu, Resource, layout, shader};
+use super::{Gpu, Resource, Timer, layout, shader};
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
 use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
@@ -89,7 +89,19 @@ impl Kernel {
 
     /// Appends a dispatch of `groups` workgroups.
     pub fn dispatch(&self, encoder: &mut wgpu::CommandEncoder, bindings: &wgpu::BindGroup, groups: u32) {
-        let mut pass = encoder.begin_compute_pass(&Default::default());
+        self.dispatch_timed(encoder, bindings, groups, None);
+    }
+
+    /// Likewise; where there is a timer, it reads the adapter's clock before and after, for the kernel of this number.
+    pub fn dispatch_timed(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        bindings: &wgpu::BindGroup,
+        groups: u32,
+        timer: Option<(&Timer, u32)>,
+    ) {
+        let timestamp_writes = timer.map(|(timer, kernel)| timer.writes(kernel));
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: None, timestamp_writes });
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, bindings, &[]);
         pass.dispatch_workgroups(groups, 1, 1);

@@ -11,6 +11,7 @@ mod scene;
 pub mod shader;
 mod targets;
 mod textures;
+mod timer;
 
 pub use adapter::{AdapterInfo, Gpu, Resource, list_adapters};
 pub use kernel::{Kernel, kernel_source};
@@ -18,3 +19,4 @@ pub use light_tree::pays as light_tree_pays;
 pub use lights::ranks;
 pub use scene::{GpuScene, SpectrumRow};
 pub use targets::targets;
+pub use timer::Timer;

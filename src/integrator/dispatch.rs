@@ -5,7 +5,7 @@ use crate::gpu::layout::{
     COUNTER_ENDED, COUNTER_NEGATIVE, COUNTER_NODES, COUNTER_NOT_FINITE, COUNTER_PRIMITIVES, COUNTER_RAYS, COUNTER_SATURATED,
     COUNTER_TRUNCATED, COUNTER_UNFINISHED, COUNTERS, Params,
 };
-use crate::gpu::{Gpu, Kernel, Resource};
+use crate::gpu::{Gpu, Kernel, Resource, Timer};
 use crate::render::{BatchStats, Counts};
 use std::time::{Duration, Instant};
 
@@ -18,6 +18,8 @@ pub(super) struct Pass {
     pub(super) kernels: Vec<Kernel>,
     /// Most workgroups of a dispatch.
     pub(super) limit: u32,
+    /// Place of the first kernel's time in [`BatchStats::kernel_times`].
+    pub(super) first_time: usize,
     /// Workgroups of the next dispatch: adapted so that it takes [`DISPATCH_TIME`].
     pub(super) groups: u32,
 }
@@ -25,6 +27,7 @@ pub(super) struct Pass {
 /// What the dispatches of a pass over one tile share.
 pub(super) struct Job<'a> {
     pub(super) gpu: &'a Gpu,
+    pub(super) timer: Option<&'a Timer>,
     pub(super) uniforms: &'a Resource,
     pub(super) counters: &'a Resource,
     pub(super) resources: &'a [(&'a str, &'a Resource)],
@@ -43,18 +46,21 @@ impl Job<'_> {
             self.gpu.write(self.counters, &[0u32; COUNTERS]);
             let start = Instant::now();
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-            for (kernel, bindings) in pass.kernels.iter().zip(&bindings) {
-                kernel.dispatch(&mut encoder, bindings, now);
+            for (i, (kernel, bindings)) in pass.kernels.iter().zip(&bindings).enumerate() {
+                kernel.dispatch_timed(&mut encoder, bindings, now, self.timer.map(|timer| (timer, i as u32)));
             }
+            let kernels = pass.kernels.len() as u32;
+            self.timer.iter().for_each(|timer| timer.resolve(&mut encoder, kernels));
             self.gpu.queue.submit([encoder.finish()]);
             self.gpu.wait()?;
             let elapsed = start.elapsed();
             time += elapsed;
-            let ratio = DISPATCH_TIME.as_secs_f64() / elapsed.as_secs_f64().max(1e-4);
             first += now;
-            // What is left over at the end says little about a full dispatch.
-            if now == pass.groups || ratio < 1.0 {
-                pass.groups = ((f64::from(now) * ratio.clamp(0.25, 2.0)) as u32).clamp(1, pass.limit);
+            pass.groups = next_groups(pass.groups, now, elapsed).min(pass.limit);
+            if let Some(timer) = self.timer {
+                for (i, time) in timer.times(self.gpu, kernels)?.into_iter().enumerate() {
+                    stats.kernel_times[pass.first_time + i] += time;
+                }
             }
             let c: Vec<u32> = self.gpu.read(self.counters, (COUNTERS * 4) as u64)?;
             let at = |i: u32| u64::from(c[i as usize]);
@@ -65,11 +71,56 @@ impl Job<'_> {
                 dropped_saturated: at(COUNTER_SATURATED),
                 truncated: at(COUNTER_TRUNCATED),
                 unfinished: at(COUNTER_UNFINISHED),
+                longest_dispatch: elapsed,
                 ..Default::default()
             };
             let ended = std::array::from_fn(|depth| at(COUNTER_ENDED + depth as u32));
             counts += Counts { nodes: at(COUNTER_NODES), primitives: at(COUNTER_PRIMITIVES), ended };
         }
         Ok((stats, counts, time))
+    }
+}
+
+/// Workgroups of the dispatch after one that was to have `groups`, had `now` and took `elapsed`.
+fn next_groups(groups: u32, now: u32, elapsed: Duration) -> u32 {
+    let ratio = DISPATCH_TIME.as_secs_f64() / elapsed.as_secs_f64().max(1e-4);
+    // What is left over at the end says little about a full dispatch.
+    if now == groups || ratio < 1.0 { ((f64::from(now) * ratio.clamp(0.25, 2.0)) as u32).max(1) } else { groups }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Times of dispatches, s, over groups that take so long each.
+    fn dispatches(costs: impl Iterator<Item = f64>) -> Vec<f64> {
+        let mut costs = costs.peekable();
+        let (mut groups, mut times) = (16, Vec::new());
+        while costs.peek().is_some() {
+            let taken: Vec<f64> = costs.by_ref().take(groups as usize).collect();
+            times.push(taken.iter().sum());
+            groups = next_groups(groups, taken.len() as u32, Duration::from_secs_f64(*times.last().unwrap()));
+        }
+        times
+    }
+
+    #[test]
+    fn dispatches_stay_below_100_ms_however_long_a_workgroup_takes() {
+        for cost in [1e-6, 1e-5, 1e-4, 1e-3, 4e-3] {
+            let times = dispatches((0..(2.0 / cost) as u32).map(|_| cost));
+            assert!(times.iter().all(|t| *t < 0.1), "{cost} s each: {:?}", times.iter().copied().fold(0.0, f64::max));
+            // And are not so short that starting them is what takes the time.
+            let late = &times[times.len() / 2..times.len() - 1];
+            assert!(late.iter().all(|t| *t > 0.03), "{cost} s each: {:?}", late.iter().copied().fold(1.0, f64::min));
+        }
+    }
+
+    #[test]
+    fn dispatches_recover_where_workgroups_suddenly_take_longer() {
+        // From dark walls to a gem: 30 times as long from one group to the next.
+        let times = dispatches((0..20_000).map(|i| if i < 10_000 { 1e-4 } else { 3e-3 }));
+        let long = times.iter().filter(|t| **t > 0.1).count();
+        assert!(long <= 3, "{long} dispatches took more than 100 ms");
+        assert!(times.iter().rev().skip(1).take(100).all(|t| *t < 0.1 && *t > 0.03));
     }
 }

@@ -12,7 +12,7 @@ use crate::film::first_hits::{Albedo, FirstHits};
 use crate::film::{Film, Tile};
 use crate::geometry::bounds_of_all;
 use crate::gpu::layout::{COUNTERS, Params, XYZ_RATIO};
-use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, Resource};
+use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, Resource, Timer};
 use crate::render::{BatchStats, Integrator, Renderer};
 use crate::scene::{Bins, Scene};
 use crate::spectrum::library::{Observer, observer};
@@ -45,6 +45,7 @@ pub struct GpuIntegrator {
     params: Params,
     uniforms: Resource,
     counters: Resource,
+    timer: Option<Timer>,
     samples: Resource,
     gather: Option<Gather>,
     guide: Option<Guide>,
@@ -86,15 +87,15 @@ impl GpuIntegrator {
         let heads = gather.as_ref().map_or(0, |g| g.heads.size() / 4);
         let constants = plan.constants() + &gpu_scene.constants + &format!("const HEADS = {heads}u;\n");
         let limit = gpu.device.limits().max_compute_workgroups_per_dimension;
-        let pass = |roots: &[&str], features: &Features, limit: u32| -> Result<Pass> {
+        let pass = |roots: &[&str], features: &Features, limit: u32, first_time: usize| -> Result<Pass> {
             let kernels = roots.iter().map(|root| Kernel::new(&gpu, root, &constants, features)).collect::<Result<_>>()?;
-            Ok(Pass { kernels, limit, groups: 16 })
+            Ok(Pass { kernels, limit, first_time, groups: 16 })
         };
         let group_bytes = 64 * u64::from(passes * plan.lanes.div_ceil(4)) * 16;
         let sample_groups = (SAMPLE_BYTES.min(gpu.max_binding()) / group_bytes) as u32;
         let samples = gpu.empty_storage("samples", u64::from(sample_groups) * group_bytes)?;
-        let camera = pass(&["camera_paths.wgsl", "update_film.wgsl"], &plan.camera, limit.min(sample_groups))?;
-        let light = plan.light.as_ref().map(|f| pass(&["light_paths.wgsl"], f, limit)).transpose()?;
+        let camera = pass(&["camera_paths.wgsl", "update_film.wgsl"], &plan.camera, limit.min(sample_groups), 0)?;
+        let light = plan.light.as_ref().map(|f| pass(&["light_paths.wgsl"], f, limit, 2)).transpose()?;
         let params = params(
             scene,
             bounds_of_all(&scene.shapes),
@@ -120,6 +121,7 @@ impl GpuIntegrator {
             params,
             uniforms,
             counters,
+            timer: None,
             samples,
             gather,
             guide,
@@ -127,6 +129,12 @@ impl GpuIntegrator {
             is_probed: false,
             passes,
         })
+    }
+
+    /// From now on [`BatchStats::kernel_times`] are measured; false if the adapter's clock cannot be read.
+    pub fn time_kernels(&mut self) -> bool {
+        self.timer = Timer::new(&self.gpu);
+        self.timer.is_some()
     }
 
     /// Splits every pass into dispatches of at most `groups` workgroups (at least one). What is computed does not depend on it.
@@ -263,7 +271,9 @@ impl GpuIntegrator {
                 guide_room,
                 ..self.params
             };
-            let job = Job { gpu: &self.gpu, uniforms: &self.uniforms, counters: &self.counters, resources: &resources, params };
+            let timer = self.timer.as_ref();
+            let job =
+                Job { gpu: &self.gpu, timer, uniforms: &self.uniforms, counters: &self.counters, resources: &resources, params };
             let (camera, camera_counts, camera_time) =
                 job.run(&mut self.camera, tile.width.div_ceil(8) * tile.height.div_ceil(8))?;
             stats += BatchStats { camera_rays: camera.rays, camera_time, camera_counts, ..camera };
@@ -300,6 +310,11 @@ impl GpuIntegrator {
 
     fn pixels(&self) -> f64 {
         f64::from(self.params.image_width) * f64::from(self.params.image_height)
+    }
+
+    /// Tiles that the picture is rendered in; light paths are traced for each.
+    pub fn tile_count(&self) -> usize {
+        self.tiles().len()
     }
 
     fn tiles(&self) -> Vec<Tile> {
@@ -411,7 +426,7 @@ impl Renderer for GpuIntegrator {
         let (gpu, plan) = (&self.gpu, &self.plan);
         let constants = plan.constants() + &self.scene.constants;
         let kernel = Kernel::new(gpu, "first_hits.wgsl", &constants, &plan.first_hits())?;
-        let pass = Pass { kernels: vec![kernel], limit: self.camera.limit, groups: 16.min(self.camera.limit) };
+        let pass = Pass { kernels: vec![kernel], limit: self.camera.limit, first_time: 0, groups: 16.min(self.camera.limit) };
         let albedos = gpu.table("albedos", &first_hits::table(albedos))?;
         let mut resources: Vec<(&str, &Resource)> = self.scene.resources.iter().map(|(n, b)| (*n, b)).collect();
         resources.push(("albedos", &albedos));

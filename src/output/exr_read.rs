@@ -3,12 +3,12 @@
 
 use super::bands::{Bands, Selection};
 use super::exr::error_channel_name;
+use super::exr_pixels::read_pixels;
 use super::open_plain;
 use crate::error::{Error, Result};
-use exr::image::{AnyChannel, FlatSamples};
 use exr::meta::attribute::{AttributeValue, Text};
-use exr::prelude::{Compression, ReadChannels, ReadLayers, read};
-use rayon::prelude::*;
+use exr::meta::header::Header;
+use exr::prelude::Compression;
 use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
@@ -83,59 +83,34 @@ impl SpectralImage {
     }
 
     /// Decodes the `length` bytes of `source`.
-    fn decode(mut source: impl Read + Seek + Send, length: u64, bands: Option<&Bands>) -> std::result::Result<Self, Refusal> {
-        check_size(&mut source, length).map_err(unreadable)?;
-        source.rewind().map_err(unreadable)?;
-        let image = read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .all_layers()
-            .all_attributes()
-            .from_buffered(source)
-            .map_err(unreadable)?;
+    fn decode(source: impl Read + Seek + Send, length: u64, bands: Option<&Bands>) -> std::result::Result<Self, Refusal> {
+        let reader = exr::block::read(source, false).map_err(unreadable)?;
+        check_size(reader.headers(), length).map_err(unreadable)?;
 
-        let spectral = |list: &[AnyChannel<FlatSamples>]| {
-            let names: Vec<String> = list.iter().map(|c| c.name.to_string()).collect();
+        let spectral = |header: &Header| {
+            let names: Vec<String> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
             bands.and_then(|bands| bands.select(&names)).or_else(|| Selection::of_layout(&names))
         };
-        let (layer, selection) = image
-            .layer_data
-            .into_iter()
-            .find_map(|layer| spectral(&layer.channel_data.list).map(|selection| (layer, selection)))
+        let (layer, selection) = reader
+            .headers()
+            .iter()
+            .enumerate()
+            .find_map(|(layer, header)| spectral(header).map(|selection| (layer, selection)))
             .ok_or(if bands.is_some() { "none of the bands" } else { "no spectral channels (S0.<wavelength>nm)" })
             .map_err(not_spectral)?;
         let Selection { quantity, channels: selected, wavelengths_nm, mut edges_nm } = selection.map_err(not_spectral)?;
-        let (width, height) = (layer.size.width(), layer.size.height());
-        let pixels = width * height;
-        let channels = layer.channel_data.list;
-        if let Some(wrong) = channels.iter().find(|c| c.sample_data.len() != pixels) {
-            return Err(unreadable(format!(
-                "channel {} has {} samples for {pixels} pixels",
-                wrong.name,
-                wrong.sample_data.len()
-            )));
-        }
+        let header = reader.headers()[layer].clone();
+        let (width, height) = (header.layer_size.width(), header.layer_size.height());
+        let other = |channel: &usize| !selected.iter().any(|(c, _)| c == channel);
+        let others: Vec<usize> = (0..header.channels.list.len()).filter(other).collect();
+        let pixels = read_pixels(reader, layer, &selected, &others).map_err(unreadable)?;
+        let names = others.iter().map(|&channel| header.channels.list[channel].name.to_string());
+        let (data, others) = (pixels.interleaved, names.zip(pixels.planes).collect());
 
-        let bins = selected.len();
-        let mut data = vec![0.0; pixels * bins];
-        // By blocks of pixels, which stay in the cache while every channel is written into them.
-        data.par_chunks_mut(bins * 4096).enumerate().for_each(|(block, out)| {
-            for (b, &(channel, scale)) in selected.iter().enumerate() {
-                let samples = &channels[channel].sample_data;
-                for (i, pixel) in out.chunks_exact_mut(bins).enumerate() {
-                    let value = samples.value_by_flat_index(block * 4096 + i).to_f32();
-                    pixel[b] = if scale == 1.0 { value } else { (f64::from(value) * scale) as f32 };
-                }
-            }
-        });
-        let others = channels.iter().enumerate().filter(|(i, _)| !selected.iter().any(|(channel, _)| channel == i));
-        let others = others.map(|(_, c)| (c.name.to_string(), c.sample_data.values_as_f32().collect())).collect();
-
-        let header = image.attributes.other.iter().chain(&layer.attributes.other);
+        let all = header.shared_attributes.other.iter().chain(&header.own_attributes.other);
         let mut attributes: Vec<(String, String)> =
-            header.filter_map(|(name, value)| Some((name.to_string(), plain(value)?))).collect();
-        let software = layer.attributes.software_name.as_ref();
+            all.filter_map(|(name, value)| Some((name.to_string(), plain(value)?))).collect();
+        let software = header.own_attributes.software_name.as_ref();
         attributes.extend(software.map(|name: &Text| ("software".to_string(), name.to_string())));
         attributes.sort();
         let range = attributes.iter().find(|(name, _)| name == "abbe.range").and_then(|(_, range)| {
@@ -184,9 +159,8 @@ impl SpectralImage {
 }
 
 /// Refuses a header that promises more pixels than the file can hold, before anyone allocates for them.
-fn check_size(source: impl Read + Seek, length: u64) -> std::result::Result<(), String> {
-    let meta = exr::meta::MetaData::read_from_buffered(source, false).map_err(|e| e.to_string())?;
-    for header in &meta.headers {
+fn check_size(headers: &[Header], length: u64) -> std::result::Result<(), String> {
+    for header in headers {
         let (width, height) = (header.layer_size.width() as u128, header.layer_size.height() as u128);
         let per_pixel: u128 = header.channels.list.iter().map(|c| c.sample_type.bytes_per_sample() as u128).sum();
         // Deflate packs at most 1032:1; the wavelet and lossy schemes have no such bound, so they get a flat allowance.

@@ -3,6 +3,7 @@
 mod bands;
 pub mod difference;
 pub mod exr;
+mod exr_pixels;
 mod exr_read;
 mod exr_xyz;
 mod icc;

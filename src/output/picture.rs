@@ -2,9 +2,11 @@
 
 use super::icc;
 use super::replace_file;
-use crate::color::picture::{Developer, Development};
+use crate::color::gpu;
+use crate::color::picture::{Developer, Development, Whole};
 use crate::color::space::Space;
 use crate::error::{Error, Result};
+use crate::gpu::Gpu;
 use exr::meta::attribute::{Chromaticities, Text};
 use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage};
 use image::codecs::jpeg::JpegEncoder;
@@ -53,12 +55,19 @@ impl Default for Precision {
 }
 
 /// Develops `xyz` (cd m^-2, row by row from the upper left, `width` pixels each) and writes it in the format that the name's ending says, by a
-/// temporary file and a rename.
+/// temporary file and a rename. On a GPU if one is given, else in double precision.
 ///
 /// # Errors
 /// [`Error::Usage`] for a name of another ending or a linear space in a format of 8 or 16 bits, [`Error::File`] where the file cannot be
-/// written; what was there before stays.
-pub fn write_picture(path: &Path, xyz: &[[f32; 3]], width: usize, d: &Development, precision: Precision) -> Result<()> {
+/// written, [`Error::Device`] where the GPU fails; what was there before stays.
+pub fn write_picture(
+    path: &Path,
+    xyz: &[[f32; 3]],
+    width: usize,
+    d: &Development,
+    precision: Precision,
+    gpu: Option<&Gpu>,
+) -> Result<()> {
     let format = Format::of(path).ok_or_else(|| {
         Error::usage(format!("no picture can be written as {}", path.display()), "let the name end in .png, .jpg or .exr")
     })?;
@@ -67,21 +76,27 @@ pub fn write_picture(path: &Path, xyz: &[[f32; 3]], width: usize, d: &Developmen
     }
     let developer = Developer::new(d);
     let size = (width, xyz.len() / width.max(1));
-    let encoded = |most| developer.encoded(xyz, width, most, precision.dither);
+    let encoded = |most| {
+        let whole = Whole { most, dither: precision.dither, width };
+        gpu.map_or_else(|| Ok(developer.encoded(xyz, whole)), |gpu| gpu::encoded(gpu, &developer, xyz, whole))
+    };
     match format {
         Format::Png if precision.sixteen_bits => {
-            let data: Vec<u8> = encoded(u16::MAX).iter().flatten().flat_map(|v| v.to_be_bytes()).collect();
+            let data: Vec<u8> = encoded(u16::MAX)?.iter().flatten().flat_map(|v| v.to_be_bytes()).collect();
             replace_file(path, |file| png(file, size, png::BitDepth::Sixteen, &data, d.space))
         }
         Format::Png => {
-            let data = bytes(&encoded(u8::MAX.into()));
+            let data = bytes(&encoded(u8::MAX.into())?);
             replace_file(path, |file| png(file, size, png::BitDepth::Eight, &data, d.space))
         }
         Format::Jpeg => {
-            let data = bytes(&encoded(u8::MAX.into()));
+            let data = bytes(&encoded(u8::MAX.into())?);
             replace_file(path, |file| jpeg(file, size, &data, precision.quality, d.space))
         }
-        Format::Exr => replace_file(path, |file| exr(file, size, &developer.linear_image(xyz), d.space)),
+        Format::Exr => {
+            let rgb = gpu.map_or_else(|| Ok(developer.linear_image(xyz)), |gpu| gpu::linear_image(gpu, &developer, xyz))?;
+            replace_file(path, |file| exr(file, size, &rgb, d.space))
+        }
     }
 }
 

@@ -92,3 +92,47 @@ fn a_place_that_cannot_be_written_to_is_found_before_the_work() {
     fails(&folder, &["bench", "ball.json", "-o", "out.txt"], &[".json"]);
     fails(&folder, &["bench", "ball.json", "--methods", "sideways"], &["sideways", "backward"]);
 }
+
+#[cfg(unix)]
+#[test]
+fn another_renderer_takes_turns_or_is_said_not_to_run() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new("bench-peer");
+    let common = ["bench", "cornell_box", "--size", "8x8", "--device", "reference", "--json"];
+    assert!(folder.run(&[&common[..], &["--spp", "2048", "--make-references", "references"]].concat()).status.success());
+    // In the place of Python with Mitsuba, what speaks as tools/mitsuba_peer.py does, and renders black.
+    let stand_in = |script: &str| {
+        let python = folder.0.join("python3");
+        std::fs::write(&python, format!("#!/bin/sh\n{script}\n")).unwrap();
+        std::fs::set_permissions(&python, std::fs::Permissions::from_mode(0o755)).unwrap();
+        let mut command =
+            folder.command(&[&common[..], &["--spp", "12", "--reference", "references", "--peer", "mitsuba"]].concat());
+        let output = command.env("PATH", format!("{}:/usr/bin:/bin", folder.0.display())).output().unwrap();
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout).lines().map(|line| serde_json::from_str(line).unwrap()).collect::<Vec<Value>>()
+    };
+    let rows = stand_in(
+        r#"read -r scene
+        image=$(printf '%s' "$scene" | sed 's/.*"image":"\([^"]*\)".*/\1/')
+        echo '{"name": "Stand-in", "setup": 0.5}'
+        spp=0
+        while read -r seconds; do
+            spp=$((spp + 32))
+            head -c 5120 /dev/zero > "$image"
+            echo "{\"spp\": $spp, \"cpu\": $seconds, \"wall\": $seconds}"
+        done"#,
+    );
+    let methods: Vec<&str> = rows.iter().filter_map(|row| row["method"].as_str()).collect();
+    assert_eq!(methods, ["all", "mitsuba-path", "mitsuba-ptracer"].repeat(methods.len() / 3), "in turns");
+    assert!(methods.len() >= 9);
+    for turn in rows.chunks_exact(3) {
+        assert_eq!(turn[1]["cpu_seconds"], turn[0]["cpu_seconds"], "as much time");
+        assert!(turn[1]["device"] == "Stand-in" && turn[1]["rays_per_second"].is_null() && turn[1]["setup_seconds"] == 0.5);
+        // Nothing but black: all of the light is missing.
+        let black = turn[1]["relative_mse"].as_f64().unwrap();
+        assert!(black > 0.5 && black < 1.0 && turn[0]["relative_mse"] != turn[1]["relative_mse"], "{turn:?}");
+    }
+    let rows = stand_in("echo 'ModuleNotFoundError: No module named mitsuba' >&2; exit 1");
+    let missing: Vec<&Value> = rows.iter().filter(|row| row["method"] == "mitsuba-path").collect();
+    assert_eq!((missing.len(), missing[0]["not_run"].as_str()), (1, Some("ModuleNotFoundError: No module named mitsuba")));
+}

@@ -63,6 +63,14 @@ fn bench_says_where_the_time_goes() {
     let bytes = 80.0 * number("nodes_per_ray") + 48.0 * number("primitives_per_ray");
     assert!((number("bytes_per_ray") / bytes - 1.0).abs() < 1e-12, "{row}");
     assert!(number("share_of_time") > 0.0 && number("share_of_time") <= 1.0, "{row}");
+    // By the adapter's clock, if it has one, paths take longer than adding their samples to the film, and there are no light paths here.
+    let shares = &row["share_of_clock"];
+    let share = |name: &str| shares[name].as_f64().unwrap();
+    assert!(
+        shares.is_null() || share("camera paths") > share("film") && share("film") > 0.0 && share("light paths") == 0.0,
+        "{row}"
+    );
+    assert!(number("longest_dispatch_seconds") > 0.0, "{row}");
     let alive: Vec<f64> = row["alive_after_events"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
     assert!(alive[0] == 1.0 && alive.is_sorted_by(|a, b| a >= b) && alive[2] < 1.0, "{alive:?}");
 }

@@ -5,6 +5,7 @@ mod boundary;
 mod counters;
 mod counts;
 mod determinism;
+mod develop;
 mod errors;
 mod intersect;
 mod plan;

@@ -54,6 +54,13 @@ fn cpu_seconds() -> Option<f64> {
     Some(0.01 * (ticks()? + ticks()?))
 }
 
+/// The most memory that this process ever had, bytes, as Linux says (proc(5), VmHWM).
+pub fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let kibibytes = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.trim().strip_suffix("kB")?.trim();
+    Some(1024 * kibibytes.parse::<u64>().ok()?)
+}
+
 /// Processors, by number and name.
 pub fn machine() -> String {
     let count = std::thread::available_parallelism().map_or(1, |n| n.get());

@@ -6,11 +6,13 @@ mod curves;
 mod features;
 mod many;
 mod methods;
+mod peer;
 mod reference;
 mod report;
 mod roofline;
 mod scaling;
 mod scenes;
+mod tiles;
 
 use super::load::Overrides;
 use super::render::StopArgs;
@@ -18,10 +20,11 @@ use super::{Done, Outcome, device, interrupt, progress::Bar, values};
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::output::check_writable;
-use crate::render::render;
+use crate::render::{Progress, render};
 use crate::scene::Scene;
-use clock::Clock;
+use clock::{Clock, Spent};
 use methods::Method;
+use peer::{Peer, PeerKind};
 use reference::Reference;
 use report::{Report, Row, Run};
 use std::ops::ControlFlow;
@@ -33,6 +36,7 @@ const EXAMPLES: &str = "Examples:
   abbe bench scenes/compare/*.json --make-references scenes/compare --size 128x128 --time 10m
   abbe bench scenes/compare/*.json --methods all,backward --time 30s -o bench.json
   abbe bench scenes/compare/pool.json --reference pool.exr --json
+  abbe bench scenes/compare/nephroid.json --peer mitsuba --time 30s
   abbe bench --scaling --features -o growth.json
   abbe bench --counts triangles_70k scenes/compare/newton.json
 
@@ -49,6 +53,10 @@ made by --make-references come from Abbe itself: what it gets wrong in the same 
 The picture beside OUT.json shows relMSE of luminance over time (of all processors where the device is a CPU), the slope of its later half in
 logarithms, and how many times each method's relMSE x time is the first one's at the end. The ratio of times to an error that both reach is
 printed besides; it is a bound where the first method's first row is better than all of the other's.
+
+--peer: whenever Abbe's samples have doubled, Mitsuba (pip install mitsuba) renders until it has had as much processor time, by path and by light
+tracing. Its set-up has a pass of every wavelength in it, which compiles its kernels. Its time is that of rendering alone, as Abbe's
+is; --time stops at the time of all together.
 
 --features and --scaling take their cases in turns and give the median ratio to another case. --features has the camera pass alone, --size
 256x256 unless told otherwise: its first series is the plain box with the code of features that it does not have. --counts takes times from
@@ -72,6 +80,9 @@ pub struct Args {
     methods: Vec<Method>,
     #[command(flatten)]
     techniques: device::TechniqueArgs,
+    /// Render by another renderer too, in turns with the first method: mitsuba, Mitsuba 3 of the 'python3' that is found, one wavelength at a time
+    #[arg(long, value_name = "RENDERER", conflicts_with_all = ["features", "scaling", "counts", "make_references"])]
+    peer: Option<PeerKind>,
     /// Part of a device's name (see 'abbe devices'), or 'reference'
     #[arg(long, value_name = "NAME")]
     device: Option<String>,
@@ -84,7 +95,7 @@ pub struct Args {
     /// Instead of scenes, measure what features cost: each in a scene, and its code in the pipeline of a scene without it
     #[arg(long, conflicts_with_all = ["scenes", "make_references"])]
     features: bool,
-    /// Instead of scenes, measure how time grows with the resolution, the triangles, the bins, and with many lights, materials and instances
+    /// Instead of scenes, measure how time grows with the resolution, the triangles, the bins, many lights, materials and instances, and tiles
     #[arg(long, conflicts_with_all = ["scenes", "make_references"])]
     scaling: bool,
     /// Count what rays test and how long paths are, and what share of the time each pass takes
@@ -112,6 +123,7 @@ pub fn run(args: &Args) -> Outcome {
         if args.scaling {
             scaling::run(args, &mut report)?;
             many::run(args, &mut report)?;
+            tiles::run(args, &mut report)?;
         }
         return Ok(if interrupt::requested() { Done::Interrupted } else { Done::Completely });
     }
@@ -135,8 +147,8 @@ pub fn run(args: &Args) -> Outcome {
         return Ok(Done::Completely);
     }
     for path in &scenes {
-        for method in &args.methods {
-            measure(args, path, *method, &mut report)?;
+        for (i, method) in args.methods.iter().enumerate() {
+            measure(args, path, *method, args.peer.filter(|_| i == 0), &mut report)?;
             if interrupt::requested() {
                 return Ok(Done::Interrupted);
             }
@@ -163,8 +175,8 @@ fn load(overrides: &Overrides, path: &Path) -> Result<Scene> {
     scenes::built_in(path, &overrides.options()).unwrap_or_else(|| overrides.load(path))
 }
 
-/// Renders one scene by one method.
-fn measure(args: &Args, path: &Path, method: Method, report: &mut Report) -> Result<()> {
+/// Renders one scene by one method, and where asked for by another renderer in turns with it.
+fn measure(args: &Args, path: &Path, method: Method, peer: Option<PeerKind>, report: &mut Report) -> Result<()> {
     let reference = Reference::of(args.reference.as_deref(), path)?;
     let size = args.overrides.size.or(reference.as_ref().and_then(Reference::size));
     let scene = load(&Overrides { size, ..args.overrides.clone() }, path)?;
@@ -173,17 +185,30 @@ fn measure(args: &Args, path: &Path, method: Method, report: &mut Report) -> Res
     let mut device = device::open(&scene, args.device.as_deref(), args.seed, &args.techniques.but(method.leaves_out()))?;
     let setup = start.elapsed().as_secs_f64();
     let plan = device.integrator.describe().lines().map(str::trim).collect::<Vec<_>>().join("; ");
-    report.begin(Run { scene: scene.name.clone(), method, device: device.name, on_cpu: device.on_cpu, plan, setup });
+    let on_cpu = device.on_cpu;
+    let run =
+        report.begin(Run { scene: scene.name.clone(), method: method.to_string(), device: device.name, on_cpu, plan, setup });
+    let mut peers = if peer.is_some() { start_peers(&scene, report)? } else { Vec::new() };
 
     let bar = Bar::new(args.json);
     let (mut clock, mut last, mut failed) = (Clock::start(), 0, None);
+    let mut rows = |p: &Progress, film: &Film, spent: Spent| {
+        let mse = reference.as_ref().map(|r| r.relative_mse(&scene.film, |pixel, b| film.bin(pixel, b))).transpose()?;
+        report.add(run, Row { progress: *p, spent, relative_mse: mse })?;
+        for (run, peer) in &mut peers {
+            let image = peer.catch_up(spent.counted(on_cpu))?;
+            let value = |pixel: usize, b: usize| f64::from(image.data[pixel * scene.film.bins.count as usize + b]);
+            let mse = reference.as_ref().map(|r| r.relative_mse(&scene.film, value)).transpose()?;
+            report.add(*run, Row { progress: image.progress(film.pixels()), spent: image.spent, relative_mse: mse })?;
+        }
+        Ok(())
+    };
     let summary = render(device.integrator.as_mut(), &mut film, &args.stop.into(), &mut |p, film| {
         clock.hold(|spent| {
             bar.update(p);
             if p.spp >= 2 * last || p.fraction >= 1.0 {
                 last = p.spp;
-                let relative_mse = reference.as_ref().map(|r| r.relative_mse(film)).transpose();
-                failed = relative_mse.and_then(|mse| report.add(Row { progress: *p, spent, relative_mse: mse })).err();
+                failed = rows(p, film, spent).err();
             }
             if failed.is_some() || interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })
@@ -191,6 +216,24 @@ fn measure(args: &Args, path: &Path, method: Method, report: &mut Report) -> Res
     bar.clear();
     summary?;
     failed.map_or(Ok(()), Err)?;
-    report.end();
+    report.end(run);
+    peers.iter().for_each(|(run, _)| report.end(*run));
     Ok(())
+}
+
+/// Every integrator of the other renderer, with the number of its run.
+fn start_peers(scene: &Scene, report: &mut Report) -> Result<Vec<(usize, Peer)>> {
+    let mut peers = Vec::new();
+    for integrator in peer::integrators(scene) {
+        let method = format!("mitsuba-{integrator}");
+        match Peer::start(scene, integrator) {
+            Ok(peer) => {
+                let (device, setup) = (peer.name.clone(), peer.setup);
+                let run = Run { scene: scene.name.clone(), method, device, on_cpu: true, plan: integrator.to_string(), setup };
+                peers.push((report.begin(run), peer));
+            }
+            Err(why) => report.not_run(&scene.name, &method, &why)?,
+        }
+    }
+    Ok(peers)
 }

@@ -11,7 +11,7 @@ use crate::output::difference::{self, Measurement};
 use crate::output::exr::Aovs;
 use crate::output::{Provenance, write_exr};
 use crate::render::{Stop, render};
-use crate::scene::Scene;
+use crate::scene::{FilmSettings, Scene};
 use crate::spectrum::library::Observer;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -55,30 +55,31 @@ impl Reference {
         u32::try_from(image.width).ok().zip(u32::try_from(image.height).ok())
     }
 
-    /// Errors as [`super::EXAMPLES`] has them. Both luminances come from bin averages by the same weights, so that they differ by what was
+    /// Errors, as [`super::EXAMPLES`] has them, of an image for `film` whose bins are `value` of pixel and bin. Both luminances come from bin averages by the same weights, so that they differ by what was
     /// rendered alone.
-    pub fn relative_mse(&self, film: &Film) -> Result<RelativeMse> {
-        let (bins, image) = (&film.settings().bins, &self.measured.image);
-        let same_bins = image.bins() == film.bins()
+    pub fn relative_mse(&self, film: &FilmSettings, value: impl Fn(usize, usize) -> f64) -> Result<RelativeMse> {
+        let (bins, image) = (&film.bins, &self.measured.image);
+        let count = bins.count as usize;
+        let same_bins = image.bins() == count
             && image.wavelengths_nm.iter().enumerate().all(|(b, nm)| (nm - bins.centre_nm(b as u32)).abs() < 1e-3);
-        let (width, height) = (film.settings().width as usize, film.settings().height as usize);
+        let (width, height) = (film.width as usize, film.height as usize);
         if !same_bins || (width, height) != (image.width, image.height) {
             let problem = format!(
                 "{}x{} with {} wavelengths does not match the render, {width}x{height} with {} bins",
                 image.width,
                 image.height,
                 image.bins(),
-                film.bins()
+                count
             );
             return Err(Error::file(&self.path, problem, "render with the size and bins of the reference"));
         }
         // The error of a weighted sum of bins.
         let score = |weights: &[(usize, f64)]| {
-            let ours: Vec<f64> = (0..film.pixels()).map(|p| weights.iter().map(|(b, w)| film.bin(p, *b) * w).sum()).collect();
+            let ours: Vec<f64> = (0..width * height).map(|p| weights.iter().map(|(b, w)| value(p, *b) * w).sum()).collect();
             difference::relative_mse(&ours, &self.measured.weighted(weights), &self.measured.variance(weights))
         };
         let y: Vec<(usize, f64)> = bin_weights(bins, Observer::Cie1931).iter().map(|w| w[1]).enumerate().collect();
-        let per_bin = (0..film.bins()).map(|b| score(&[(b, 1.0)])).sum::<f64>() / film.bins() as f64;
+        let per_bin = (0..count).map(|b| score(&[(b, 1.0)])).sum::<f64>() / count as f64;
         Ok(RelativeMse { luminance: score(&y), bins: per_bin })
     }
 }

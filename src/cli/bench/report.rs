@@ -2,7 +2,6 @@
 
 use super::clock::{Spent, machine, today};
 use super::curves::{self, Curve};
-use super::methods::Method;
 use super::reference::RelativeMse;
 use crate::cli::print::{note, out, percent, si};
 use crate::error::Result;
@@ -15,7 +14,8 @@ use std::path::Path;
 /// What rows have in common.
 pub struct Run {
     pub scene: String,
-    pub method: Method,
+    /// What it is rendered by: a method of Abbe's, or another renderer.
+    pub method: String,
     pub device: String,
     /// The device's time is processor time.
     pub on_cpu: bool,
@@ -49,32 +49,40 @@ impl<'a> Report<'a> {
         Report { file, json, machine: machine(), date: today(), runs: Vec::new(), rows: Vec::new() }
     }
 
-    /// From here on, rows of this run.
-    pub fn begin(&mut self, run: Run) {
+    /// A run begins; its number.
+    pub fn begin(&mut self, run: Run) -> usize {
         if self.runs.is_empty() && !self.json {
             out(&format!(
-                "{:<20} {:<10} {:>6} {:>8} {:>8} {:>8} {:>9} {:>9} {:>9} {:>9} {:>9}  device",
+                "{:<20} {:<16} {:>6} {:>8} {:>8} {:>8} {:>9} {:>9} {:>9} {:>9} {:>9}  device",
                 "scene", "method", "spp", "set-up/s", "render/s", "CPU/s", "rays/s", "camera/s", "error", "relMSE Y", "bins"
             ));
         }
         self.runs.push((run, Vec::new()));
+        self.runs.len() - 1
     }
 
-    /// One more row of the run under way.
-    pub fn add(&mut self, row: Row) -> Result<()> {
-        let Some((run, rows)) = self.runs.last_mut() else { return Ok(()) };
+    /// One more row of a run.
+    pub fn add(&mut self, run: usize, row: Row) -> Result<()> {
+        let (run, rows) = &mut self.runs[run];
         rows.push(row);
         let value = row.json(run);
         self.write(value)
     }
 
-    /// The run under way is over.
-    pub fn end(&self) {
-        if let Some((run, rows)) = self.runs.last()
-            && let (Some(row), false) = (rows.last(), self.json)
-        {
+    /// A run is over.
+    pub fn end(&self, run: usize) {
+        let (run, rows) = &self.runs[run];
+        if let (Some(row), false) = (rows.last(), self.json) {
             out(&row.text(run));
         }
+    }
+
+    /// What could not be measured, and why.
+    pub fn not_run(&mut self, scene: &str, method: &str, why: &str) -> Result<()> {
+        if !self.json {
+            out(&format!("{scene}, {method}: not run, {why}"));
+        }
+        self.write(json!({"scene": scene, "method": method, "not_run": why}))
     }
 
     /// What all runs together show.
@@ -117,7 +125,7 @@ impl<'a> Report<'a> {
         let mut scenes: Vec<(&str, Vec<Curve>)> = Vec::new();
         for (run, rows) in &self.runs {
             let points = rows.iter().filter_map(|row| Some((row.spent.counted(run.on_cpu), row.relative_mse?.luminance)));
-            let curve = Curve { name: run.method.to_string(), on_cpu: run.on_cpu, points: points.collect() };
+            let curve = Curve { name: run.method.clone(), on_cpu: run.on_cpu, points: points.collect() };
             match scenes.iter_mut().find(|(scene, _)| *scene == run.scene) {
                 Some((_, curves)) => curves.push(curve),
                 None => scenes.push((&run.scene, vec![curve])),
@@ -135,24 +143,26 @@ impl Row {
         (stats.camera_rays > 0).then(|| stats.camera_rays as f64 / stats.camera_time.as_secs_f64().max(1e-9))
     }
 
-    fn rays_per_second(&self) -> f64 {
-        self.progress.stats.rays as f64 / self.spent.wall.max(1e-9)
+    /// Of all passes, where rays are counted.
+    fn rays_per_second(&self) -> Option<f64> {
+        let rays = self.progress.stats.rays;
+        (rays > 0).then(|| rays as f64 / self.spent.wall.max(1e-9))
     }
 
     fn text(&self, run: &Run) -> String {
         let p = &self.progress;
         let error = |e: Option<f64>| e.map_or("-".to_string(), |e| format!("{e:.2e}"));
         format!(
-            "{:<20} {:<10} {:>6} {:>8.2} {:>8.2} {:>8} {:>9} {:>9} {:>9} {:>9} {:>9}  {}",
+            "{:<20} {:<16} {:>6} {:>8.2} {:>8.2} {:>8} {:>9} {:>9} {:>9} {:>9} {:>9}  {}",
             run.scene,
-            run.method.to_string(),
+            run.method,
             p.spp,
             run.setup,
             self.spent.wall,
             self.spent.cpu.map_or("-".to_string(), |cpu| format!("{cpu:.2}")),
-            si(self.rays_per_second()),
+            self.rays_per_second().map_or("-".to_string(), si),
             self.camera_rays_per_second().map_or("-".to_string(), si),
-            percent(p.relative_error),
+            if p.relative_error.is_finite() { percent(p.relative_error) } else { "-".to_string() },
             error(self.relative_mse.map(|e| e.luminance)),
             error(self.relative_mse.map(|e| e.bins)),
             run.device
@@ -163,7 +173,7 @@ impl Row {
         let p = &self.progress;
         json!({
             "scene": run.scene,
-            "method": run.method.to_string(),
+            "method": run.method,
             "plan": run.plan,
             "device": run.device,
             "setup_seconds": run.setup,
@@ -171,7 +181,7 @@ impl Row {
             "samples": p.stats.paths,
             "seconds": self.spent.wall,
             "cpu_seconds": self.spent.cpu,
-            "rays": p.stats.rays,
+            "rays": (p.stats.rays > 0).then_some(p.stats.rays),
             "rays_per_second": self.rays_per_second(),
             "camera_rays_per_second": self.camera_rays_per_second(),
             "relative_error": p.relative_error.is_finite().then_some(p.relative_error),

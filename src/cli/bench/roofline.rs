@@ -34,8 +34,12 @@ struct Pass {
 /// Measures `scene`: the time without counting, the counts with it.
 pub fn run(args: &Args, scene: &Scene, report: &mut Report) -> Result<()> {
     let plan = Plan::new(scene, Techniques::from(&args.techniques));
-    let (timed, spent, device) = batches(args, scene, plan.clone())?;
-    let (counted, ..) = batches(args, scene, plan.counted())?;
+    let (timed, spent, device) = batches(args, scene, plan.clone(), |_| ())?;
+    let (clocked, ..) = batches(args, scene, plan.clone(), |integrator| {
+        integrator.time_kernels();
+    })?;
+    let (counted, ..) = batches(args, scene, plan.counted(), |_| ())?;
+    let kernels = shares(&clocked);
     let passes = [
         Pass { name: "camera", rays: counted.camera_rays, time: timed.camera_time, counts: counted.camera_counts },
         Pass { name: "light", rays: counted.rays - counted.camera_rays, time: timed.light_time, counts: counted.light_counts },
@@ -64,6 +68,8 @@ pub fn run(args: &Args, scene: &Scene, report: &mut Report) -> Result<()> {
             "bytes_per_ray": bytes,
             "operations_per_ray": operations,
             "alive_after_events": alive,
+            "longest_dispatch_seconds": timed.longest_dispatch.as_secs_f64(),
+            "share_of_clock": kernels,
         });
         if !args.json {
             out(&text(&row));
@@ -73,9 +79,22 @@ pub fn run(args: &Args, scene: &Scene, report: &mut Report) -> Result<()> {
     Ok(())
 }
 
+/// Shares of the kernels in their time by the adapter's own clock; `None` if it has none.
+fn shares(stats: &BatchStats) -> Option<Value> {
+    let all = stats.kernel_times.iter().sum::<Duration>().as_secs_f64();
+    let share = |(name, time): (&&str, &Duration)| (name.to_string(), json!(time.as_secs_f64() / all));
+    (all > 0.0).then(|| Value::Object(BatchStats::KERNELS.iter().zip(&stats.kernel_times).map(share).collect()))
+}
+
 /// Counts of all batches after the first, time on the wall for them, and the device.
-fn batches(args: &Args, scene: &Scene, plan: Plan) -> Result<(BatchStats, f64, String)> {
+fn batches(
+    args: &Args,
+    scene: &Scene,
+    plan: Plan,
+    prepare: impl FnOnce(&mut GpuIntegrator),
+) -> Result<(BatchStats, f64, String)> {
     let mut integrator = GpuIntegrator::with_plan(scene, args.device.as_deref(), args.seed, plan)?;
+    prepare(&mut integrator);
     let mut film = Film::try_new(&scene.film)?;
     let spp = (SAMPLES / film.pixels() as u64).clamp(1, 64) as u32;
     integrator.render_batch(0, spp, &mut film)?;
@@ -90,9 +109,12 @@ fn text(row: &Value) -> String {
     let number = |key: &str| row[key].as_f64().unwrap_or(f64::NAN);
     let alive = |n: usize| 100.0 * row["alive_after_events"][n].as_f64().unwrap_or(f64::NAN);
     let label = |key: &str| row[key].as_str().unwrap_or_default().to_string();
+    let clock = row["share_of_clock"].as_object().map_or(" not known".to_string(), |shares| {
+        shares.iter().map(|(name, share)| format!(" {name} {:.0} %", 100.0 * share.as_f64().unwrap_or(f64::NAN))).collect()
+    });
     format!(
         "{:<20} {:<7} {:>3.0} % of the time, {}rays/s, {:.1} rays per path; per ray {:.1} nodes, {:.1} primitives, {:.0} bytes, \
-         {:.0} operations; alive after 1, 2, 4, 8 events: {:.0}, {:.0}, {:.0}, {:.0} %",
+         {:.0} operations; alive after 1, 2, 4, 8 events: {:.0}, {:.0}, {:.0}, {:.0} %; longest dispatch {:.0} ms; by the adapter's clock{}",
         label("case"),
         label("pass"),
         100.0 * number("share_of_time"),
@@ -105,6 +127,8 @@ fn text(row: &Value) -> String {
         alive(1),
         alive(2),
         alive(4),
-        alive(8)
+        alive(8),
+        1e3 * number("longest_dispatch_seconds"),
+        clock
     )
 }
