@@ -174,7 +174,9 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
         return end_path(ray);
     }
 #if GATHERED
-    gather_at_surface(ray, s.p, n, ns, cos_from, m);
+#if CAMERA_PATHS
+    leave_point_at_surface(s.p, ns, m);
+#endif
 #endif
     for (var k = 0u; k < LANES4; k++) {
         beta[k] *= color_of(m, k);

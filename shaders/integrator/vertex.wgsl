@@ -95,6 +95,23 @@ fn add_emission(ray: Ray, s: Surface) {
 #endif
 #endif
 
+// True for materials that are diffuse, or of which a part may be.
+fn scatters_diffusely(kind: u32) -> bool {
+    return kind == MATERIAL_KIND_DIFFUSE || kind == MATERIAL_KIND_MIX;
+}
+
+#if NORMAL_MAPS
+// What lies under a map of normals, which turns the normal of `s`.
+fn unmap_normals(first: u32, s: ptr<function, Surface>) -> u32 {
+    let m = material_at(first);
+    if (m.kind != MATERIAL_KIND_NORMAL_MAPPED) {
+        return first;
+    }
+    (*s).ns = mapped_normal(m.texture, *s);
+    return m.b;
+}
+#endif
+
 #if COMPOSITE
 // The part of a composite material that this path (or its shadow ray) meets at `s`. The share that a mixture has of each wavelength goes into beta (or
 // pending), what a map of normals says into the shading normal.
@@ -104,8 +121,7 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool) -> u
         let m = material_at(index);
 #if NORMAL_MAPS
         if (m.kind == MATERIAL_KIND_NORMAL_MAPPED) {
-            (*s).ns = mapped_normal(m.texture, *s);
-            index = m.b;
+            index = unmap_normals(index, s);
             continue;
         }
 #endif
@@ -183,6 +199,12 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
 #endif
     var seen = hit.primitive;
     var index = material_of(seen);
+#if NORMAL_MAPS
+    index = unmap_normals(index, &s);
+#endif
+#if GATHERS_PAINT
+    gather_at_surface(ray, s, material_at(index).kind);
+#endif
 #if COMPOSITE
     index = resolve_material(index, &s, false);
 #endif
@@ -192,6 +214,9 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
         // An opaque surface that touches a volume's is what is seen there.
         let other = material_of(hit.contact);
         let is_seen = is_opaque(material_at(other).kind);
+#if GATHERS_PAINT
+        gather_at_surface(ray, s, material_at(other).kind);
+#endif
         seen = select(seen, hit.contact, is_seen);
         index = select(index, other, is_seen);
     }

@@ -178,6 +178,7 @@ impl Plan {
                 ("LIT_SENSOR", base["LIGHT_SAMPLES"] && !camera && !light_paths),
                 ("CONNECT", connects),
                 ("LANE_CHOICE", scattering || rough_dielectric || (light_paths && dispersion)),
+                ("GATHERS_PAINT", light_paths && base["GATHERED"] && diffuse),
                 ("ADJOINT_NORMALS", light_paths && (base["SMOOTH_NORMALS"] || base["NORMAL_MAPS"])),
             ]);
             f

@@ -41,6 +41,16 @@ fn floor_under_glass() -> Scene {
     s
 }
 
+/// The same with a floor that is a mixture, of which half is not there.
+fn mixture_under_glass() -> Scene {
+    let mut s = floor_under_glass();
+    let nothing = material(&mut s, Material::Boundary { interior: None });
+    let dark = material(&mut s, Material::Diffuse { reflectance: flat(0.1).into() });
+    let veil = material(&mut s, Material::Mix { a: 0, b: nothing, weight: ramp(0.3, 0.6).into() });
+    s.shapes[0].material = material(&mut s, Material::Mix { a: dark, b: veil, weight: flat(0.2).into() });
+    s
+}
+
 fn metal(alpha: f64) -> Scene {
     ball(4, |s| material(s, Material::Conductor { eta: ramp(0.3, 1.2), k: ramp(2.0, 4.0), alpha }))
 }
@@ -262,6 +272,7 @@ agree! {
     rough_glass_little, 160, 1.0, rough_glass(0.1);
     rough_glass_much, 160, 1.0, rough_glass(0.3);
     floor_seen_through_glass, 320, 6.0, floor_under_glass();
+    mixture_seen_through_glass, 320, 6.0, mixture_under_glass();
     smooth_metal, 96, 1.0, metal(0.0);
     rough_metal, 96, 1.0, metal(0.3);
     metals_in_water, 160, 1.0, metal_in_water();
