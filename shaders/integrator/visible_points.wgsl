@@ -3,7 +3,7 @@
 // round: Hachisuka et al. 2008, Knaus & Zwicker 2011). Sums are integers, so the order of a cell's list does not matter.
 //
 // A point takes POINT_STRIDE vectors: position and the next point of its cell; normal (in fog, direction of the ray) and radius; pixel, pass with depth
-// and kind, asymmetry, density of its joint to the sensor; throughput per lane.
+// and kind, asymmetry (on a surface the coat there plus one), density of its joint to the sensor; throughput per lane.
 const POINT_STRIDE = 3u + LANES4;
 const FOG_POINT = 0x80000000u;
 // Bits 0-7: pass, 8-15: lane of a path of one wavelength, else 255; 16-30: depth.
@@ -105,10 +105,18 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         let measure = gather_measure(camera, radius);
         let gathered = path.emission * safe_ratio(measure * camera.cos_from, camera.reverse);
         let others = camera_density_at(camera, number) + path.emission * pixel_about.w;
+#if COAT
+        let over_point = select(bitcast<u32>(pixel_about.z) - 1u, NONE, in_fog);
+#endif
         let kernel = select(measure, measure / v.extinction, in_fog);
         let w = factor / (kernel * (1.0 + safe_ratio(others, gathered)));
         for (var k = 0u; k < LANES4; k++) {
             pending[k] = w * beta[k] * points[at + 3u + k];
+#if COAT
+            if (over_point != NONE) {
+                pending[k] *= coat_transmittance(material_at(over_point), min(abs(dot(sides.xyz, ray.d)), 1.0), k);
+            }
+#endif
         }
         let pixel = bitcast<u32>(pixel_about.x);
         splat_pixel = vec2u(pixel % params.image_width, pixel / params.image_width);
@@ -121,9 +129,13 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
 #if CAMERA_PATHS
 fn leave_point_at_surface(p: vec3f, ns: vec3f, m: Material) {
     if (path.view == VIEW_BENT) {
+#if COAT
+        leave_point(p, ns, gather_radius(path.length), 0u, bitcast<f32>(coat + 1u));
+#else
         leave_point(p, ns, gather_radius(path.length), 0u, 0.0);
+#endif
         for (var k = 0u; k < LANES4; k++) {
-            store_throughput(k, INV_PI * beta[k] * color_of(m, k));
+            store_throughput(k, INV_PI * beta[k] * paint_of(m, k));
         }
     }
 }

@@ -6,6 +6,7 @@
 //! on to, both pointing away from the surface. Densities called `eval_*` are those of scattered particles (flux) per unit solid angle of
 //! `wo`, the cosine of `wo` included; the radiance that a camera path carries through a refraction takes a further `(n_i / n_t)^2`.
 
+pub mod coat;
 pub mod conductor;
 pub mod dielectric;
 pub mod energy;

@@ -60,8 +60,13 @@ impl Plan {
         let smooth_dielectric = any(&|m| matches!(m, Material::Dielectric { alpha, .. } if *alpha == 0.0));
         let rough_dielectric = any(&|m| matches!(m, Material::Dielectric { alpha, .. } if *alpha > 0.0));
         let thin = any(&|m| matches!(m, Material::ThinDielectric { .. }));
-        let smooth_conductor = any(&|m| matches!(m, Material::Conductor { alpha, .. } if *alpha == 0.0));
-        let rough_conductor = any(&|m| matches!(m, Material::Conductor { alpha, .. } if *alpha > 0.0));
+        let smooth_conductor =
+            any(&|m| matches!(m, Material::Conductor { alpha, .. } | Material::ColoredConductor { alpha, .. } if *alpha == 0.0));
+        let rough_conductor =
+            any(&|m| matches!(m, Material::Conductor { alpha, .. } | Material::ColoredConductor { alpha, .. } if *alpha > 0.0));
+        let smooth_coat = any(&|m| matches!(m, Material::Coated { alpha, .. } if *alpha == 0.0));
+        let rough_coat = any(&|m| matches!(m, Material::Coated { alpha, .. } if *alpha > 0.0));
+        let coat = smooth_coat || rough_coat;
         let boundary = any(&|m| matches!(m, Material::Boundary { .. }));
         let dielectric = smooth_dielectric || rough_dielectric;
         let inner = volumes(scene, &used);
@@ -81,14 +86,18 @@ impl Plan {
         let image = light(&|l| matches!(l, Light::Image(_)));
         let lights = area || !scene.lights.is_empty();
         let conductor = smooth_conductor || rough_conductor;
-        // A metal's reflectance depends on what it lies in.
+        // The reflectance of a metal or coat depends on what it lies in.
         let in_vacuum = scene.interiors[0].ior == Ior::constant(1.0);
-        let interiors = dielectric || !inner.is_empty() || scattering || absorbing || (conductor && !in_vacuum);
+        let interiors = dielectric || !inner.is_empty() || scattering || absorbing || ((conductor || coat) && !in_vacuum);
         let textured_lights = scene.shapes.iter().any(|s| s.emission.as_ref().is_some_and(|e| e.radiance.image().is_some()));
         let textured = any(&|m| match m {
-            Material::Diffuse { reflectance: texture } | Material::Mix { weight: texture, .. } => texture.image().is_some(),
+            Material::Diffuse { reflectance: texture }
+            | Material::ColoredConductor { reflectance: texture, .. }
+            | Material::Mix { weight: texture, .. } => texture.image().is_some(),
+            Material::Graded { .. } => true,
             _ => false,
         });
+        let graded = any(&|m| matches!(m, Material::Graded { .. }));
         let normal_maps = any(&|m| matches!(m, Material::NormalMapped { .. }));
         let lanes = super::Wavelengths::lanes(scene.film.bins.count);
         let features = BTreeMap::from([
@@ -110,13 +119,19 @@ impl Plan {
             ("CONDUCTOR", conductor),
             ("SMOOTH_CONDUCTOR", smooth_conductor),
             ("ROUGH_CONDUCTOR", rough_conductor),
-            ("ROUGH", rough_dielectric || rough_conductor),
-            ("FRESNEL", dielectric || thin || conductor),
+            ("COAT", coat),
+            ("SMOOTH_COAT", smooth_coat),
+            ("ROUGH_COAT", rough_coat),
+            ("GLOSSY", rough_conductor || rough_coat),
+            ("ROUGH", rough_dielectric || rough_conductor || coat),
+            ("FRESNEL", dielectric || thin || conductor || coat),
             ("TEXTURES", textured || textured_lights || normal_maps),
             ("NORMAL_MAPS", normal_maps),
             ("LIGHT_TEXTURES", textured_lights),
+            ("COLORED_CONDUCTOR", any(&|m| matches!(m, Material::ColoredConductor { .. }))),
+            ("GRADED", graded),
             ("MIX", any(&|m| matches!(m, Material::Mix { .. }))),
-            ("COMPOSITE", any(&|m| matches!(m, Material::Mix { .. } | Material::NormalMapped { .. }))),
+            ("COMPOSITE", coat || graded || any(&|m| matches!(m, Material::Mix { .. } | Material::NormalMapped { .. }))),
             ("BOUNDARY", boundary),
             ("DISPERSION", dispersion),
             ("INTERIORS", interiors),
@@ -146,9 +161,9 @@ impl Plan {
             ("MANY_BINS", lanes != scene.film.bins.count),
         ]);
         let camera = matches!(scene.sensor, Sensor::Perspective { .. } | Sensor::Orthographic { .. });
-        let bends = dielectric || conductor || thin;
+        let bends = dielectric || conductor || thin || coat;
         let gathers = diffuse || scattering;
-        let scatters = gathers || rough_dielectric || rough_conductor;
+        let scatters = gathers || rough_dielectric || rough_conductor || rough_coat;
         // Fog in the light of spots and beams is lit where few camera paths are.
         let shafts = scattering && light(&|l| matches!(l, Light::Spot { .. } | Light::Beam { .. }));
         let caustics = lights && (bends || shafts) && (scatters || !camera);
@@ -235,9 +250,10 @@ impl Plan {
     pub fn constants(&self) -> String {
         use super::guide::{AXES, BLOCKS, ROOT};
         use crate::bsdf::energy::{ETA_MAX, ETA_NODES, MIN_MEAN, MU_NODES};
+        use crate::scene::roughness::STEPS;
         format!(
             "const GUIDE_AXES = {AXES}u;\nconst GUIDE_BLOCKS = {BLOCKS}u;\nconst GUIDE_ROOT = {ROOT}u;\nconst LANES = {}u;\nconst LANES4 = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\n\
-             const ENERGY_ETA_MAX = {ETA_MAX:?};\nconst ENERGY_MIN_MEAN = {MIN_MEAN:?};\n",
+             const ENERGY_ETA_MAX = {ETA_MAX:?};\nconst ENERGY_MIN_MEAN = {MIN_MEAN:?};\nconst ROUGHNESS_STEPS = {STEPS}u;\n",
             self.lanes,
             self.lanes.div_ceil(4),
             self.bins
@@ -255,7 +271,8 @@ fn used_materials(scene: &Scene) -> Vec<usize> {
             used.push(m);
             match scene.materials[m] {
                 Material::Mix { a, b, .. } => todo.extend([a, b]),
-                Material::NormalMapped { base, .. } => todo.push(base),
+                Material::NormalMapped { base, .. } | Material::Coated { base, .. } => todo.push(base),
+                Material::Graded { first, ref levels, .. } => todo.extend(first..first + levels.len()),
                 _ => {}
             }
         }
@@ -368,6 +385,8 @@ impl fmt::Display for Plan {
                     ("THIN_DIELECTRIC", "thin panes"),
                     ("SMOOTH_CONDUCTOR", "mirrors"),
                     ("ROUGH_CONDUCTOR", "rough metal"),
+                    ("COAT", "clear coats"),
+                    ("GRADED", "roughness that varies"),
                     ("MIX", "mixtures"),
                     ("TEXTURES", "textures"),
                     ("NORMAL_MAPS", "normal maps"),

@@ -7,9 +7,13 @@ use super::intersect::{Hit, Ray};
 use super::material::{Bsdf, Surface, Transport, straight_share};
 use super::medium::Medium;
 use super::rng::Rng;
+use crate::bsdf::coat::Coat;
+use crate::bsdf::fresnel::Metal;
 use crate::bsdf::phase;
 use crate::render::BatchStats;
+use crate::scene::roughness::level_at;
 use crate::scene::{Geometry, Material};
+use crate::spectrum::Ior;
 use glam::DVec3;
 
 /// Scattering events after which paths play Russian roulette.
@@ -85,6 +89,17 @@ pub(super) struct Vertex<'a> {
     pub inside: &'a [usize],
     pub beyond: &'a [usize],
 }
+
+/// A surface that a path meets, mixtures decided.
+struct Met<'a> {
+    hit: Hit,
+    material: &'a Material,
+    /// Index and GGX width of the coat on it.
+    coat: Option<(&'a Ior, f64)>,
+}
+
+/// What scatters light there: where, how, and through which coat, if any.
+type Scatterer<'a> = (Hit, Bsdf<'a>, Vec<Coat<'a>>);
 
 pub(super) enum Scattering<'a> {
     Surface(&'a Surface<'a>),
@@ -164,7 +179,7 @@ impl Stage {
             seen.arrived(&path, &hits);
             let on: Vec<u32> = hits.iter().map(|h| h.prim).collect();
             let (beyond, met) = self.meet(&mut path, &hits, rng);
-            let Some((hit, bsdf)) = met else {
+            let Some((hit, bsdf, coat)) = met else {
                 path.straight += 1;
                 if path.straight > MAX_STRAIGHT {
                     stats.truncated += 1;
@@ -174,7 +189,7 @@ impl Stage {
                 path.inside = beyond;
                 continue;
             };
-            let Some(surface) = Surface::new(bsdf, &hit, -path.ray.dir, transport) else { return };
+            let Some(surface) = Surface::new(bsdf, coat, &hit, -path.ray.dir, transport) else { return };
             if !self.may_scatter(&path, stats) {
                 return;
             }
@@ -203,23 +218,32 @@ impl Stage {
 
     /// What the path meets at `hits`: the interiors beyond, and the scattering surface unless it goes straight through. Mixes are decided by
     /// chance; of surfaces that coincide an opaque one counts before dielectrics.
-    fn meet<'a>(&'a self, path: &mut Path, hits: &[Hit], rng: &mut Rng) -> (Vec<usize>, Option<(Hit, Bsdf<'a>)>) {
-        let met: Vec<(Hit, &Material)> = hits.iter().map(|h| self.choose(*h, path, rng)).collect();
+    fn meet<'a>(&'a self, path: &mut Path, hits: &[Hit], rng: &mut Rng) -> (Vec<usize>, Option<Scatterer<'a>>) {
+        let met: Vec<Met> = hits.iter().map(|h| self.choose(*h, path, rng)).collect();
         let values = |f: &dyn Fn(f64) -> f64| path.lanes.iter().map(|l| f(l.nm)).collect::<Vec<f64>>();
         let outside = values(&|nm| self.scene.interiors[ruling(&self.scene, &path.inside)].ior.eval(nm));
-        for &(hit, material) in &met {
+        for &Met { hit, material, coat } in &met {
             let bsdf = match material {
                 Material::Diffuse { reflectance } => Bsdf::Diffuse(values(&|nm| reflectance.eval(nm, hit.uv))),
                 Material::ThinDielectric { ior } => Bsdf::Thin(values(&|nm| ior.eval(nm))),
                 Material::Conductor { eta, k, alpha } => {
-                    let index = path.lanes.iter().zip(&outside).map(|(l, n)| (eta.eval(l.nm) / n, k.eval(l.nm) / n)).collect();
-                    Bsdf::Conductor { index, alpha: *alpha, energy: self.energy(*alpha).map(|e| &e.conductor) }
+                    let around = coat.map_or(outside.clone(), |(ior, _)| values(&|nm| ior.eval(nm)));
+                    let of = |(l, n): (&Lane, &f64)| Metal::Index(eta.eval(l.nm) / n, k.eval(l.nm) / n);
+                    self.metal(path.lanes.iter().zip(&around).map(of).collect(), *alpha)
+                }
+                Material::ColoredConductor { reflectance, alpha } => {
+                    self.metal(path.lanes.iter().map(|l| Metal::Reflectance(reflectance.eval(l.nm, hit.uv))).collect(), *alpha)
                 }
                 _ => continue,
             };
-            return (path.inside.clone(), Some((hit, bsdf)));
+            let of_lane = |(ior, alpha): (&Ior, f64), nm: f64, outside: f64| Coat {
+                eta: ior.eval(nm) / outside,
+                rough: self.energy(alpha).map(|e| (alpha, &e.coat)),
+            };
+            let coats = |coat| path.lanes.iter().zip(&outside).map(|(l, &n)| of_lane(coat, l.nm, n)).collect();
+            return (path.inside.clone(), Some((hit, bsdf, coat.map_or(vec![], coats))));
         }
-        let met: Vec<(&Hit, &Material)> = met.iter().map(|(hit, material)| (hit, *material)).collect();
+        let met: Vec<(&Hit, &Material)> = met.iter().map(|m| (&m.hit, m.material)).collect();
         match cross(&self.scene, &path.inside, path.ray.dir, &met) {
             (beyond, Crossing::Interface { hit, near, far, alpha }) => {
                 let interiors = &self.scene.interiors;
@@ -227,19 +251,30 @@ impl Stage {
                 if eta.iter().all(|&n| n == 1.0) {
                     return (beyond, None);
                 }
-                (beyond, Some((*hit, Bsdf::Dielectric { eta, alpha, energy: self.energy(alpha).map(|e| &e.dielectric) })))
+                (beyond, Some((*hit, Bsdf::Dielectric { eta, alpha, energy: self.energy(alpha).map(|e| &e.dielectric) }, vec![])))
             }
             (beyond, Crossing::Straight) => (beyond, None),
         }
     }
 
-    /// The material of a hit and the hit with its normal as maps turn it; mixes decided with the mean of their weight over the carried wavelengths.
-    fn choose(&self, mut hit: Hit, path: &mut Path, rng: &mut Rng) -> (Hit, &Material) {
+    fn metal(&self, metal: Vec<Metal>, alpha: f64) -> Bsdf<'_> {
+        Bsdf::Conductor { metal, alpha, energy: self.energy(alpha).map(|e| &e.conductor) }
+    }
+
+    /// The material of a hit, the coat on it, and the hit with its normal as maps turn it; mixes decided with the mean of their weight over the carried
+    /// wavelengths.
+    fn choose(&self, mut hit: Hit, path: &mut Path, rng: &mut Rng) -> Met<'_> {
+        let mut coat = None;
         let shape = &self.scene.shapes[hit.shape];
         let mut material = &self.scene.materials[shape.material];
         loop {
             let (a, b, weight) = match material {
                 Material::Mix { a, b, weight } => (a, b, weight),
+                Material::Graded { first, levels, roughness } => {
+                    let (level, share) = level_at(roughness.eval(path.lanes[0].nm, hit.uv), levels);
+                    material = &self.scene.materials[first + level - levels.start + usize::from(rng.next() < share)];
+                    continue;
+                }
                 Material::NormalMapped { base, normals } => {
                     if let Geometry::Mesh(mesh) = &shape.geometry {
                         let triangle = (hit.prim - self.world.first_prim(hit.shape)) as usize;
@@ -248,7 +283,12 @@ impl Stage {
                     material = &self.scene.materials[*base];
                     continue;
                 }
-                _ => return (hit, material),
+                Material::Coated { base, ior, alpha } => {
+                    coat = Some((ior, *alpha));
+                    material = &self.scene.materials[*base];
+                    continue;
+                }
+                _ => return Met { hit, material, coat },
             };
             let w: Vec<f64> = path.lanes.iter().map(|l| weight.eval(l.nm, hit.uv)).collect();
             let q = w.iter().sum::<f64>() / w.len() as f64;

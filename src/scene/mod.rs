@@ -22,6 +22,7 @@ mod mesh;
 mod obj;
 mod picture;
 mod ply;
+pub mod roughness;
 mod shapes;
 mod spectra;
 pub mod texture;
@@ -223,6 +224,31 @@ pub enum Material {
         eta: Spectrum,
         /// Imaginary part.
         k: Spectrum,
+        /// GGX width, 0 or in [0.001, 1].
+        alpha: f64,
+    },
+    /// Metal of which no index is known, only what it reflects at normal incidence; towards grazing incidence all (Schlick 1994).
+    ColoredConductor {
+        /// Reflectance in [0, 1].
+        reflectance: Texture,
+        /// GGX width, 0 or in [0.001, 1].
+        alpha: f64,
+    },
+    /// A material whose roughness varies: of the two levels next to what the picture says, each in proportion ([`roughness`]).
+    Graded {
+        /// Index of the smoothest; the others follow it.
+        first: usize,
+        /// Which levels there are, two at least.
+        levels: std::ops::Range<usize>,
+        /// Roughness in [0, 1], the root of the GGX width.
+        roughness: Texture,
+    },
+    /// A clear coat on another material; smooth for `alpha = 0`, else GGX ([`crate::bsdf::coat`]).
+    Coated {
+        /// Index of what is under it: diffuse, a conductor, or mixtures of such.
+        base: usize,
+        /// Index of the coat.
+        ior: Ior,
         /// GGX width, 0 or in [0.001, 1].
         alpha: f64,
     },

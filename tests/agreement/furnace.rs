@@ -92,6 +92,14 @@ fn rough_surfaces_in_uniform_light_cannot_be_seen() {
         shape(s, m, sphere(DVec3::ZERO, 1.0));
     });
     cannot_be_seen("rough mirror", &mirror, 128);
+    for alpha in [0.0, 0.3] {
+        let coated = furnace(|s| {
+            let white = material(s, Material::Diffuse { reflectance: flat(1.0).into() });
+            let m = material(s, Material::Coated { base: white, ior: flint(), alpha });
+            shape(s, m, sphere(DVec3::ZERO, 1.0));
+        });
+        cannot_be_seen(&format!("white under a coat {alpha}"), &coated, 32);
+    }
 }
 
 #[test]

@@ -100,6 +100,35 @@ pub fn lamps() -> Scene {
     s
 }
 
+/// Coarse balls of metal, glass and lacquered paint whose roughness varies, the metal and the paint with pictures of their colours.
+pub fn roughness() -> Scene {
+    let mut s = room(4, 16);
+    s.max_depth = 16;
+    s.shapes.truncate(2);
+    let colours = image(&COLOURS, 3, upsample::reflectance_texel);
+    let levels = 4..9;
+    let values = [0.26, 0.5, 0.4, 0.3, 0.45, 0.35].map(|v| [0.0, 0.0, 0.0, 2.0 * v]);
+    let values = Arc::new(Image { width: 3, height: 2, texels: values.to_vec() });
+    let graded = |s: &mut Scene, make: &dyn Fn(f64) -> Material| {
+        let first = s.materials.len();
+        s.materials.extend(levels.clone().map(|level| make((level as f64 / abbe::scene::roughness::STEPS as f64).powi(2))));
+        let roughness = on(texture(values.clone(), [Wrap::Mirror; 2], [[0.8, 0.3, 0.0], [-0.2, 0.9, 0.1]]));
+        material(s, Material::Graded { first, levels: levels.clone(), roughness })
+    };
+    let picture = on(texture(colours, [Wrap::Repeat; 2], [[0.7, 0.0, 0.0], [0.0, 0.7, 0.2]]));
+    let metal = graded(&mut s, &|alpha| Material::ColoredConductor { reflectance: picture.clone(), alpha });
+    shape(&mut s, metal, ball(dvec3(-0.75, 0.4, 0.2), 0.35));
+    s.interiors.push(Interior { ior: flint(), ..solid("flint", 1.0, 1) });
+    let glass = graded(&mut s, &|alpha| Material::Dielectric { interior: 1, alpha });
+    shape(&mut s, glass, ball(dvec3(0.0, 0.4, 0.3), 0.35));
+    let paint = material(&mut s, Material::Diffuse { reflectance: picture.clone() });
+    let coat = graded(&mut s, &|alpha| Material::Coated { base: paint, ior: flint(), alpha });
+    shape(&mut s, coat, ball(dvec3(0.75, 0.4, 0.2), 0.35));
+    lamp(&mut s, disc(dvec3(0.0, 2.2, 0.2), -DVec3::Y, 1.5), ramp(1.0, 2.0));
+    s.lights.push(Light::Constant { radiance: ramp(0.3, 0.2) });
+    s
+}
+
 /// A wall, a metal ball and a glass ball, all with maps of normals.
 pub fn normals() -> Scene {
     let mut s = room(4, 16);

@@ -37,6 +37,11 @@ fn axes() -> [Vec<Value>; 5] {
         ball(json!({"thin_dielectric": {"ior": 1.5}})),
         ball(json!({"conductor": {"metal": "Al"}})),
         ball(json!({"conductor": {"metal": "Al", "alpha": 0.3}})),
+        ball(json!({"conductor": {"reflectance": 0.5, "alpha": 0.3}})),
+        json!({"materials": {"m": {"coated": {"of": "wall", "ior": 1.5}}, "n": {"coated": {"of": "steel", "ior": "N-SF11", "alpha": 0.1}}, "steel": {"conductor": {"metal": "Fe"}}},
+               "shapes": [{"sphere": {"center": [0, 1, 0], "radius": 0.5}, "material": "m"}, {"sphere": {"center": [0, 2, 0], "radius": 0.4}, "material": "n"}]}),
+        json!({"materials": {"m": {"coated": {"of": "wall", "ior": 1.5, "roughness": {"texture": "sky.png"}}}},
+               "shapes": [{"quad": {"corner": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}, "material": "m"}]}),
         json!({"materials": {"m": {"mix": {"a": "wall", "b": "n", "weight": 0.5}}, "n": {"conductor": {"metal": "Al"}}},
                "shapes": [{"mesh": {"file": "square.obj", "smooth": true}, "material": "m"}]}),
         json!({"materials": {"m": {"diffuse": {"reflectance": {"texture": "sky.png"}}}},
@@ -242,6 +247,11 @@ fn there_is_no_term_or_buffer_for_what_a_scene_does_not_contain() {
             &["interiors"],
         ),
         (ball(json!({"conductor": {"metal": "Al", "alpha": 0.3}})), &["bsdf/ggx.wgsl", "bsdf/rough.wgsl"], &["tables"]),
+        (
+            json!({"materials": {"m": {"coated": {"of": "wall", "ior": 1.5}}}, "shapes": [{"sphere": {"center": [0, 1, 0], "radius": 0.5}, "material": "m"}]}),
+            &["bsdf/coat.wgsl"],
+            &["tables"],
+        ),
         (json!({"lights": [{"image": {"file": "sky.png"}}]}), &["light/environment.wgsl"], &["environment"]),
         (
             ball(json!({"conductor": {"metal": "Al"}})),
