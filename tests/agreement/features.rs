@@ -111,8 +111,8 @@ fn coated_metals() -> Scene {
 /// The floor under glass with lacquer on a part of it: what is gathered there comes in through the lacquer, too.
 fn coated_floor_under_glass() -> Scene {
     let mut s = floor_under_glass();
-    let lacquered = coated(&mut s, 0, 0.4);
-    s.shapes[0].material = material(&mut s, Material::Mix { a: lacquered, b: 0, weight: ramp(0.9, 0.5).into() });
+    let lacquered = material(&mut s, Material::Coated { base: 0, ior: Ior::constant(2.5), alpha: 0.4 });
+    s.shapes[0].material = material(&mut s, Material::Mix { a: lacquered, b: 0, weight: ramp(1.0, 0.7).into() });
     s
 }
 
