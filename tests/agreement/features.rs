@@ -108,14 +108,6 @@ fn coated_metals() -> Scene {
     s
 }
 
-/// The floor under glass with lacquer on a part of it: what is gathered there comes in through the lacquer, too.
-fn coated_floor_under_glass() -> Scene {
-    let mut s = floor_under_glass();
-    let lacquered = material(&mut s, Material::Coated { base: 0, ior: Ior::constant(2.5), alpha: 0.4 });
-    s.shapes[0].material = material(&mut s, Material::Mix { a: lacquered, b: 0, weight: ramp(1.0, 0.7).into() });
-    s
-}
-
 /// A caustic on a floor with satin lacquer.
 fn caustic_on_coat() -> Scene {
     let mut s = point();
@@ -333,7 +325,6 @@ agree! {
     coated_smoothly, 96, 1.0, coated_paint(0.0);
     coated_roughly, 96, 1.0, coated_paint(0.2);
     metals_under_coats, 96, 1.0, coated_metals();
-    coat_seen_through_glass, 128, 8.0, coated_floor_under_glass();
     light_on_a_coat, 96, 1.5, caustic_on_coat();
     light_off_a_coat, 192, 5.0, caustic_off_coat();
     nested_glasses, 160, 1.0, nested();
@@ -360,7 +351,7 @@ agree! {
     pictures_on_surfaces, 96, 1.0, textures::surfaces();
     a_picture_on_a_lamp, 160, 1.2, textures::lamps();
     maps_of_normals, 96, 1.0, textures::normals();
-    roughness_that_varies, 48, 1.0, textures::roughness();
+    roughness_that_varies, 32, 2.0, textures::roughness();
     one_bin, 96, 1.0, bins(1);
 }
 

@@ -3,9 +3,12 @@
 
 use crate::compare::{against, agree, gpu, pairs};
 use crate::support::*;
+use abbe::bsdf::coat::Coat;
+use abbe::bsdf::energy::EnergyTable;
 use abbe::scene::*;
 use abbe::spectrum::{Formula, Ior, Spectrum};
 use glam::{DVec3, dvec3};
+use std::f64::consts::PI;
 
 /// A view of what `fill` adds, in uniform light of radiance 1.
 fn furnace(fill: impl Fn(&mut Scene)) -> Scene {
@@ -99,6 +102,32 @@ fn rough_surfaces_in_uniform_light_cannot_be_seen() {
             shape(s, m, sphere(DVec3::ZERO, 1.0));
         });
         cannot_be_seen(&format!("white under a coat {alpha}"), &coated, 32);
+    }
+}
+
+/// Parallel light on a floor seen from straight above through a pane that hardly reflects: only gathering finds it, as much of it as coats let in and out.
+#[test]
+fn paint_under_a_coat_seen_through_glass_is_as_bright_as_its_coat_lets_it_be() {
+    let (rho, mu) = (0.5, 30f64.to_radians().cos());
+    for alpha in [0.0, 0.4] {
+        let mut s = scene(16, 16, 4, orthographic(dvec3(0.0, 1.0, 0.0), DVec3::ZERO, 0.5));
+        s.materials[0] = Material::Diffuse { reflectance: flat(rho).into() };
+        let coated = material(&mut s, Material::Coated { base: 0, ior: Ior::constant(2.0), alpha });
+        let floor = material(&mut s, Material::Mix { a: coated, b: 0, weight: flat(0.75).into() });
+        shape(&mut s, floor, disc(DVec3::ZERO, DVec3::Y, 2.0));
+        let pane = glass(&mut s, solid("pane", 1.005, 1), 0.0);
+        shape(&mut s, pane, cuboid(dvec3(-5.0, 0.4, -5.0), dvec3(5.0, 0.5, 5.0)));
+        let direction = dvec3(0.5, -mu, 0.0);
+        s.lights.push(Light::Beam { origin: direction * -1.5, direction, radius: 1.0, irradiance: flat(1.0) });
+        let energy = EnergyTable::coat(alpha);
+        let coat = Coat { eta: 2.0, rough: (alpha > 0.0).then_some((alpha, &energy)) };
+        let exact = mu / PI * (0.75 * coat.over_diffuse(rho, mu, 1.0) + 0.25 * rho);
+        for (bin, f) in gpu(&s, 3, 8).figures().bins.iter().enumerate() {
+            let limit = threshold(4, f.dof) * f.error + 5e-3 * exact;
+            println!("coat {alpha}: bin {bin}: {} +- {}, exact {exact}", f.mean, f.error);
+            assert!((f.mean - exact).abs() < limit, "coat {alpha}: bin {bin}: {f:?} instead of {exact}");
+            assert!(f.error < 5e-3 * exact, "coat {alpha}: bin {bin}: {f:?} tells nothing");
+        }
     }
 }
 

@@ -106,8 +106,8 @@ pub fn roughness() -> Scene {
     s.max_depth = 16;
     s.shapes.truncate(2);
     let colours = image(&COLOURS, 3, upsample::reflectance_texel);
-    let levels = 4..9;
-    let values = [0.26, 0.5, 0.4, 0.3, 0.45, 0.35].map(|v| [0.0, 0.0, 0.0, 2.0 * v]);
+    let levels = 2..9;
+    let values = [0.15, 0.5, 0.16, 0.3, 0.45, 0.2].map(|v| [0.0, 0.0, 0.0, 2.0 * v]);
     let values = Arc::new(Image { width: 3, height: 2, texels: values.to_vec() });
     let graded = |s: &mut Scene, make: &dyn Fn(f64) -> Material| {
         let first = s.materials.len();
@@ -124,7 +124,8 @@ pub fn roughness() -> Scene {
     let paint = material(&mut s, Material::Diffuse { reflectance: picture.clone() });
     let coat = graded(&mut s, &|alpha| Material::Coated { base: paint, ior: flint(), alpha });
     shape(&mut s, coat, ball(dvec3(0.75, 0.4, 0.2), 0.35));
-    lamp(&mut s, disc(dvec3(0.0, 2.2, 0.2), -DVec3::Y, 1.5), ramp(1.0, 2.0));
+    // Seen as a highlight in the balls.
+    lamp(&mut s, sphere(dvec3(0.0, 1.8, 1.0), 0.5), ramp(2.0, 4.0));
     s.lights.push(Light::Constant { radiance: ramp(0.3, 0.2) });
     s
 }
