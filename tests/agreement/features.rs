@@ -351,7 +351,7 @@ agree! {
     pictures_on_surfaces, 96, 1.0, textures::surfaces();
     a_picture_on_a_lamp, 160, 1.2, textures::lamps();
     maps_of_normals, 96, 1.0, textures::normals();
-    roughness_that_varies, 32, 2.0, textures::roughness();
+    roughness_that_varies, 32, 3.0, textures::roughness();
     one_bin, 96, 1.0, bins(1);
 }
 

@@ -100,11 +100,11 @@ pub fn lamps() -> Scene {
     s
 }
 
-/// Coarse balls of metal, glass and lacquered paint whose roughness varies, the metal and the paint with pictures of their colours.
+/// A floor of metal, a lacquered wall and a glass ball whose roughness varies, floor and wall with pictures of their colours, around a lamp.
 pub fn roughness() -> Scene {
     let mut s = room(4, 16);
     s.max_depth = 16;
-    s.shapes.truncate(2);
+    s.shapes.clear();
     let colours = image(&COLOURS, 3, upsample::reflectance_texel);
     let levels = 2..9;
     let values = [0.15, 0.5, 0.16, 0.3, 0.45, 0.2].map(|v| [0.0, 0.0, 0.0, 2.0 * v]);
@@ -117,16 +117,15 @@ pub fn roughness() -> Scene {
     };
     let picture = on(texture(colours, [Wrap::Repeat; 2], [[0.7, 0.0, 0.0], [0.0, 0.7, 0.2]]));
     let metal = graded(&mut s, &|alpha| Material::ColoredConductor { reflectance: picture.clone(), alpha });
-    shape(&mut s, metal, ball(dvec3(-0.75, 0.4, 0.2), 0.35));
+    shape(&mut s, metal, quad(dvec3(-2.0, 0.0, 2.0), DVec3::X * 4.0, DVec3::Z * -3.0));
     s.interiors.push(Interior { ior: flint(), ..solid("flint", 1.0, 1) });
     let glass = graded(&mut s, &|alpha| Material::Dielectric { interior: 1, alpha });
-    shape(&mut s, glass, ball(dvec3(0.0, 0.4, 0.3), 0.35));
+    shape(&mut s, glass, ball(dvec3(0.4, 0.4, 0.3), 0.35));
     let paint = material(&mut s, Material::Diffuse { reflectance: picture.clone() });
     let coat = graded(&mut s, &|alpha| Material::Coated { base: paint, ior: flint(), alpha });
-    shape(&mut s, coat, ball(dvec3(0.75, 0.4, 0.2), 0.35));
-    // Seen as a highlight in the balls.
-    lamp(&mut s, sphere(dvec3(0.0, 1.8, 1.0), 0.5), ramp(2.0, 4.0));
-    s.lights.push(Light::Constant { radiance: ramp(0.3, 0.2) });
+    shape(&mut s, coat, quad(dvec3(-2.0, 0.0, -1.0), DVec3::X * 4.0, DVec3::Y * 3.0));
+    // Its mirror images are as wide as what they are seen in is rough.
+    lamp(&mut s, sphere(dvec3(-0.4, 0.8, 0.0), 0.25), ramp(2.0, 4.0));
     s
 }
 
