@@ -4,6 +4,7 @@ use abbe::bsdf::coat::Coat;
 use abbe::bsdf::conductor::RoughConductor;
 use abbe::bsdf::dielectric::RoughDielectric;
 use abbe::bsdf::energy::EnergyTable;
+use abbe::bsdf::film::Stack;
 use abbe::bsdf::{fresnel, ggx, phase, sample_cosine};
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;
@@ -284,4 +285,47 @@ fn a_smooth_coat_on_paint_is_as_light_that_is_followed_through_it() {
             assert!((count - exact).abs() < 4.5 * exact.sqrt(), "n {n} rho {rho} mu {mu} cell {cell}: {count}, exact {exact}");
         }
     }
+}
+
+/// Airy's formula for a film that does not absorb, written with real numbers (Born & Wolf, 7th ed., eq. 1.6.60), by Snell's and Fresnel's laws.
+fn airy(s: &Stack, cos: f64) -> f64 {
+    let cosine = |n: f64| (1.0 - (s.near / n).powi(2) * (1.0 - cos * cos)).sqrt();
+    let (n, c) = ([s.near, s.film, s.far.0], [cos, cosine(s.film), cosine(s.far.0)]);
+    let phase = (4.0 * PI * s.waves * n[1] * c[1]).cos();
+    let both = |r: f64, q: f64| (r * r + q * q + 2.0 * r * q * phase) / (1.0 + r * r * q * q + 2.0 * r * q * phase);
+    let across = |i: usize| (n[i] * c[i] - n[i + 1] * c[i + 1]) / (n[i] * c[i] + n[i + 1] * c[i + 1]);
+    let along = |i: usize| (n[i + 1] * c[i] - n[i] * c[i + 1]) / (n[i + 1] * c[i] + n[i] * c[i + 1]);
+    0.5 * (both(across(0), across(1)) + both(along(0), along(1)))
+}
+
+#[test]
+fn films_reflect_what_airys_formula_says() {
+    let close = |a: f64, b: f64, what: &str| assert!((a - b).abs() < 1e-9, "{what}: {a} is not {b}");
+    let mut random = Random(31);
+    for _ in 0..2000 {
+        let [near, film, far, waves, cos, k] = random.array();
+        let stack = Stack { near: 1.0 + near, film: 1.0 + 1.5 * film, waves: 3.0 * waves, far: (1.0 + 2.0 * far, 0.0) };
+        // At total reflection the formula with real numbers ends.
+        if (stack.near * (1.0 - cos * cos).sqrt()) < stack.film.min(stack.far.0) {
+            close(stack.reflectance(cos), airy(&stack, cos), &format!("{stack:?} at {cos}"));
+            // The same from the other side.
+            let beyond = (1.0 - (stack.near / stack.far.0).powi(2) * (1.0 - cos * cos)).sqrt();
+            let turned = Stack { near: stack.far.0, far: (stack.near, 0.0), ..stack };
+            close(turned.reflectance(beyond), stack.reflectance(cos), "from behind");
+        }
+        // A film of no thickness is not there.
+        let (bare, metal) = (Stack { waves: 0.0, ..stack }, (stack.far.0, 4.0 * k));
+        close(bare.reflectance(cos), fresnel::dielectric(cos, stack.far.0 / stack.near), "none on glass");
+        let bare = Stack { far: metal, ..bare };
+        close(bare.reflectance(cos), fresnel::conductor(cos, metal.0 / stack.near, metal.1 / stack.near), "none on metal");
+    }
+    // A quarter of a wave of the geometric mean of the indices on glass reflects nothing, a half what the bare glass does.
+    let n = 1.52f64;
+    let coating = |waves| Stack { near: 1.0, film: n.sqrt(), waves: waves / n.sqrt(), far: (n, 0.0) }.reflectance(1.0);
+    close(coating(0.25), 0.0, "quarter");
+    close(coating(0.5), fresnel::dielectric(1.0, n), "half");
+    // Over all thicknesses a film in air is in the mean as a pane, in which nothing interferes.
+    let pane =
+        |i: u32| Stack { near: 1.0, film: 1.4, waves: f64::from(i) / 1000.0 / (2.0 * 1.4), far: (1.0, 0.0) }.reflectance(1.0);
+    close((0..1000).map(pane).sum::<f64>() / 1000.0, fresnel::thin_pane(1.0, 1.4), "mean");
 }

@@ -22,7 +22,7 @@ fn color_of(m: Material, k: u32) -> vec4f {
 #if MEDIA
 #include "medium/homogeneous.wgsl"
 #endif
-#if CONDUCTOR || COAT
+#if CONDUCTOR || COAT || FILM
 // Index of what a metal or coat lies in; its own is relative to that.
 fn index_outside(k: u32) -> vec4f {
 #if INTERIORS
@@ -50,6 +50,11 @@ fn metal_reflectance(m: Material, cos_i: f32, k: u32) -> vec4f {
     }
 #endif
     let n = index_around_metal(k);
+#if FILM
+    if (m.c != 0u) {
+        return film_reflectance(m, cos_i, n, spectrum(m.a, k), spectrum(m.b, k), k);
+    }
+#endif
     return fresnel_conductor(cos_i, spectrum(m.a, k) / n, spectrum(m.b, k) / n);
 }
 #endif
@@ -61,12 +66,27 @@ fn metal_average(m: Material, k: u32) -> vec4f {
         return schlick_average(color_of(m, k));
     }
 #endif
+#if FILM
+    if (m.c != 0u) {
+        // Four-point Gauss-Legendre as for bare metal.
+        return 0.0241522 * metal_reflectance(m, 0.0694318, k) + 0.2152141 * metal_reflectance(m, 0.3300095, k)
+            + 0.4369311 * metal_reflectance(m, 0.6699905, k) + 0.3237026 * metal_reflectance(m, 0.9305682, k);
+    }
+#endif
     let n = index_around_metal(k);
     return fresnel_conductor_average(spectrum(m.a, k) / n, spectrum(m.b, k) / n);
 }
 #endif
 #if FRESNEL
 #include "bsdf/fresnel.wgsl"
+#endif
+#if FILM
+#include "bsdf/film.wgsl"
+
+// Reflectance for cos_i >= 0 of the film on material `m`.
+fn film_reflectance(m: Material, cos_i: f32, near: vec4f, far: vec4f, far_k: vec4f, k: u32) -> vec4f {
+    return fresnel_film(cos_i, near, spectrum(m.c & 0xffffu, k), spectrum(m.c >> 16u, k), far, far_k);
+}
 #endif
 #if ROUGH
 #include "bsdf/rough.wgsl"

@@ -286,21 +286,31 @@ fn scatter_glossy(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray
 #endif
 
 #if THIN_DIELECTRIC
-// A pane with all its inner reflections: R' = 2R / (1 + R); what is not reflected goes straight through.
+// A pane with all its inner reflections, R' = 2R / (1 + R), or a film.
+fn pane_reflectance(m: Material, cos_i: f32, k: u32) -> vec4f {
+#if FILM
+    if (m.c != 0u) {
+        let around = index_outside(k);
+        return film_reflectance(m, cos_i, around, around, vec4f(0.0), k);
+    }
+#endif
+    let r = fresnel_dielectric(cos_i, spectrum(m.a, k));
+    return 2.0 * r / (1.0 + r);
+}
+
+// What is not reflected goes straight through.
 fn scatter_thin_dielectric(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray {
     let cos_i = clamp(-dot(ray.d, ns), 0.0, 1.0);
     var reflected = vec4f(0.0);
     for (var k = 0u; k < LANES4; k++) {
-        let r = fresnel_dielectric(cos_i, spectrum(m.a, k));
-        reflected += beta[k] * (2.0 * r / (1.0 + r));
+        reflected += beta[k] * pane_reflectance(m, cos_i, k);
     }
     let total = sum_beta();
     let q = select(0.0, sum4(reflected) / total, total > 0.0);
     let reflects = event_choice.x < q;
     for (var k = 0u; k < LANES4; k++) {
-        let r = fresnel_dielectric(cos_i, spectrum(m.a, k));
-        let r2 = 2.0 * r / (1.0 + r);
-        beta[k] *= select((1.0 - r2) / (1.0 - q), r2 / q, reflects);
+        let r = pane_reflectance(m, cos_i, k);
+        beta[k] *= select((1.0 - r) / (1.0 - q), r / q, reflects);
     }
     let d = select(ray.d, normalize(ray.d + 2.0 * cos_i * ns), reflects);
     scale_beta(select(1.0, adjoint_correction(ray.d, d, n, ns), reflects));

@@ -1,5 +1,6 @@
 //! Fresnel reflectance of unpolarised light at smooth interfaces.
 
+use super::film::Stack;
 use glam::{DVec3, dvec3};
 
 /// Reflectance of a dielectric interface for the cosine of incidence `cos_i` in [0, 1]; `eta` is the far index over the near one. Exactly 1
@@ -55,13 +56,16 @@ pub enum Metal {
     Index(f64, f64),
     /// Its reflectance at normal incidence alone.
     Reflectance(f64),
+    /// It lies under a film.
+    Filmed(Stack),
 }
 
 impl Metal {
-    /// Reflectance at this cosine of incidence: [`conductor`], or `f0 + (1 - f0) (1 - cos)^5` (Schlick 1994, eq. 15).
+    /// Reflectance at this cosine of incidence: [`conductor`], [`Stack::reflectance`], or `f0 + (1 - f0) (1 - cos)^5` (Schlick 1994, eq. 15).
     pub fn at(self, cos_i: f64) -> f64 {
         match self {
             Metal::Index(eta, k) => conductor(cos_i, eta, k),
+            Metal::Filmed(stack) => stack.reflectance(cos_i),
             Metal::Reflectance(f0) => f0 + (1.0 - f0) * (1.0 - cos_i.clamp(0.0, 1.0)).powi(5),
         }
     }

@@ -72,7 +72,8 @@ shared_constants! {
     PRIMITIVE_INSTANCE = 4;
     /// Numbers of primitives that belong to one instance come in groups of so many.
     GRANULE = 1024;
-    /// Kinds of materials. `a`, `b`, `c`: reflectance row.
+    /// Kinds of materials. `c` of dielectrics, panes and conductors: rows of the index of a film on them and, from bit 16 on, of its thickness in
+    /// wavelengths, or 0. `a`: reflectance row.
     MATERIAL_KIND_DIFFUSE = 0;
     /// Needs its interior only.
     MATERIAL_KIND_SMOOTH_DIELECTRIC = 1;

@@ -26,6 +26,8 @@ pub enum SpectrumRow {
     Ior(Ior),
     /// The coordinate of upsampled colours, (nm - 360) / 470.
     UpsamplingCoordinate,
+    /// A thickness in nm, over the wavelength.
+    Waves(f64),
 }
 
 impl SpectrumRow {
@@ -37,6 +39,7 @@ impl SpectrumRow {
             SpectrumRow::Spectrum(s) => s.eval(nm),
             SpectrumRow::Ior(n) => n.eval(nm),
             SpectrumRow::UpsamplingCoordinate => (nm - 360.0) / 470.0,
+            SpectrumRow::Waves(thickness) => thickness / nm,
         }
     }
 }
@@ -114,7 +117,10 @@ impl GpuScene {
         let interiors = interiors(scene, &mut rows);
         let mut tables = Tables::default();
         let mut textures = Textures::default();
-        let materials = materials(scene, &mut rows, &mut textures, &mut tables);
+        let mut materials = materials(scene, &mut rows, &mut textures, &mut tables);
+        for (&material, film) in &scene.films {
+            materials[material].c = film_rows(film, &mut rows)?;
+        }
         stage::enter(Stage::Lights);
         let lights = lights::build(scene, &mut rows, &mut textures, bounds, origin)?;
         stage::enter(Stage::Hierarchies);
@@ -159,6 +165,14 @@ impl GpuScene {
         let power = lights.power;
         Ok(Self { resources, power, lights: records.len(), rows: rows.all, constants, origin, bytes })
     }
+}
+
+fn film_rows(film: &scene::Film, rows: &mut Rows) -> Result<u32> {
+    let [index, waves] = [SpectrumRow::Ior(film.ior.clone()), SpectrumRow::Waves(film.thickness_nm)].map(|row| rows.add(row));
+    if index.max(waves) > 0xffff {
+        return Err(Error::usage("the scene has too many spectra for its thin films", "share materials between shapes"));
+    }
+    Ok(index | waves << 16)
 }
 
 fn interiors(scene: &Scene, rows: &mut Rows) -> Vec<Interior> {

@@ -7,6 +7,7 @@ use crate::bsdf::coat::Coat;
 use crate::bsdf::conductor::RoughConductor;
 use crate::bsdf::dielectric::RoughDielectric;
 use crate::bsdf::energy::EnergyTable;
+use crate::bsdf::film::Stack;
 use crate::bsdf::fresnel::{self, Metal};
 use crate::bsdf::sample_cosine;
 use crate::scene::{Material, Scene};
@@ -28,10 +29,10 @@ pub(super) enum Bsdf<'a> {
     Diffuse(Vec<f64>),
     /// Metal.
     Conductor { metal: Vec<Metal>, alpha: f64, energy: Option<&'a EnergyTable> },
-    /// Far index over near index.
-    Dielectric { eta: Vec<f64>, alpha: f64, energy: Option<&'a EnergyTable> },
-    /// Relative index of the pane.
-    Thin(Vec<f64>),
+    /// Far index over near index, and the film between, if there is one.
+    Dielectric { eta: Vec<f64>, film: Vec<Stack>, alpha: f64, energy: Option<&'a EnergyTable> },
+    /// Relative index of the pane, or if it is a film, that.
+    Thin(Vec<f64>, Vec<Stack>),
 }
 
 /// Light that leaves a surface together.
@@ -90,7 +91,7 @@ impl<'a> Surface<'a> {
                 let facets = RoughConductor { alpha: *alpha, energy };
                 facets.eval(wi, local, |lobe| self.mirror(facets.reflectance(lobe, metal[lane]), lane, wi, local))
             }
-            Bsdf::Dielectric { eta, alpha, energy: Some(energy) } => {
+            Bsdf::Dielectric { eta, alpha, energy: Some(energy), .. } => {
                 RoughDielectric { alpha: *alpha, eta: eta[lane], energy }.eval(wi, local)
             }
             _ => 0.0,
@@ -161,8 +162,8 @@ impl<'a> Surface<'a> {
                 let Some(s) = facets.sample(wi, [u0, u1, rng.next()]) else { return vec![] };
                 one(s.wo, false, &|i| s.weight * self.mirror(facets.reflectance(s.lobe, metal[i]), i, wi, s.wo))
             }
-            Bsdf::Thin(eta) => {
-                let r: Vec<f64> = eta.iter().map(|&n| fresnel::thin_pane(wi.z, n)).collect();
+            Bsdf::Thin(eta, film) => {
+                let r: Vec<f64> = reflectances(film, eta, wi.z, fresnel::thin_pane);
                 let q = mean(&r);
                 if rng.next() < q {
                     one(fresnel::reflect(wi, DVec3::Z), false, &|i| r[i] / q)
@@ -170,8 +171,8 @@ impl<'a> Surface<'a> {
                     one(-wi, true, &|i| (1.0 - r[i]) / (1.0 - q))
                 }
             }
-            Bsdf::Dielectric { eta, energy: None, .. } => {
-                let f: Vec<f64> = eta.iter().map(|&n| fresnel::dielectric(wi.z, n)).collect();
+            Bsdf::Dielectric { eta, film, energy: None, .. } => {
+                let f: Vec<f64> = reflectances(film, eta, wi.z, fresnel::dielectric);
                 let q = mean(&f);
                 if rng.next() < q {
                     return one(fresnel::reflect(wi, DVec3::Z), false, &|i| f[i] / q);
@@ -187,7 +188,7 @@ impl<'a> Surface<'a> {
                 });
                 parted.collect()
             }
-            Bsdf::Dielectric { eta, alpha, energy: Some(energy) } => {
+            Bsdf::Dielectric { eta, alpha, energy: Some(energy), .. } => {
                 let mut scatter = |eta: f64| {
                     let [u0, u1] = rng.next2();
                     let [u2, u3] = rng.next2();
@@ -206,18 +207,18 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// How much of a straight ray passes a surface unscattered, per wavelength; dielectrics are not asked here.
-pub(super) fn straight_share(scene: &Scene, material: &Material, cos: f64, uv: DVec2, nm: f64) -> f64 {
-    match material {
+/// How much of a straight ray passes a surface of material number `index` unscattered, per wavelength; dielectrics are not asked here.
+pub(super) fn straight_share(scene: &Scene, index: usize, cos: f64, uv: DVec2, nm: f64) -> f64 {
+    match &scene.materials[index] {
         Material::Boundary { .. } => 1.0,
-        Material::ThinDielectric { ior } => 1.0 - fresnel::thin_pane(cos, ior.eval(nm)),
-        Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => {
-            straight_share(scene, &scene.materials[*base], cos, uv, nm)
-        }
+        Material::ThinDielectric { ior } => match scene.films.get(&index) {
+            Some(film) => 1.0 - film.between(1.0, (1.0, 0.0), nm).reflectance(cos),
+            None => 1.0 - fresnel::thin_pane(cos, ior.eval(nm)),
+        },
+        Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => straight_share(scene, *base, cos, uv, nm),
         Material::Mix { a, b, weight } => {
             let w = weight.eval(nm, uv);
-            let of = |m: usize| straight_share(scene, &scene.materials[m], cos, uv, nm);
-            w * of(*a) + (1.0 - w) * of(*b)
+            w * straight_share(scene, *a, cos, uv, nm) + (1.0 - w) * straight_share(scene, *b, cos, uv, nm)
         }
         Material::Diffuse { .. }
         | Material::Dielectric { .. }
@@ -225,6 +226,11 @@ pub(super) fn straight_share(scene: &Scene, material: &Material, cos: f64, uv: D
         | Material::ColoredConductor { .. }
         | Material::Coated { .. } => 0.0,
     }
+}
+
+/// Those of a film, if there is one, else of what lies bare.
+fn reflectances(film: &[Stack], eta: &[f64], cos: f64, bare: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    if film.is_empty() { eta.iter().map(|&n| bare(cos, n)).collect() } else { film.iter().map(|s| s.reflectance(cos)).collect() }
 }
 
 fn mean(values: &[f64]) -> f64 {

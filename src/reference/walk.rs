@@ -12,7 +12,7 @@ use crate::bsdf::fresnel::Metal;
 use crate::bsdf::phase;
 use crate::render::BatchStats;
 use crate::scene::roughness::level_at;
-use crate::scene::{Geometry, Material};
+use crate::scene::{Film, Geometry, Material};
 use crate::spectrum::Ior;
 use glam::DVec3;
 
@@ -96,6 +96,7 @@ struct Met<'a> {
     material: &'a Material,
     /// Index and GGX width of the coat on it.
     coat: Option<(&'a Ior, f64)>,
+    film: Option<&'a Film>,
 }
 
 /// What scatters light there: where, how, and through which coat, if any.
@@ -222,13 +223,22 @@ impl Stage {
         let met: Vec<Met> = hits.iter().map(|h| self.choose(*h, path, rng)).collect();
         let values = |f: &dyn Fn(f64) -> f64| path.lanes.iter().map(|l| f(l.nm)).collect::<Vec<f64>>();
         let outside = values(&|nm| self.scene.interiors[ruling(&self.scene, &path.inside)].ior.eval(nm));
-        for &Met { hit, material, coat } in &met {
+        for &Met { hit, material, coat, film } in &met {
             let bsdf = match material {
                 Material::Diffuse { reflectance } => Bsdf::Diffuse(values(&|nm| reflectance.eval(nm, hit.uv))),
-                Material::ThinDielectric { ior } => Bsdf::Thin(values(&|nm| ior.eval(nm))),
+                Material::ThinDielectric { ior } => {
+                    let stacks = film.map_or(vec![], |film| {
+                        let around = |(l, &n): (&Lane, &f64)| film.between(n, (n, 0.0), l.nm);
+                        path.lanes.iter().zip(&outside).map(around).collect()
+                    });
+                    Bsdf::Thin(values(&|nm| ior.eval(nm)), stacks)
+                }
                 Material::Conductor { eta, k, alpha } => {
                     let around = coat.map_or(outside.clone(), |(ior, _)| values(&|nm| ior.eval(nm)));
-                    let of = |(l, n): (&Lane, &f64)| Metal::Index(eta.eval(l.nm) / n, k.eval(l.nm) / n);
+                    let of = |(l, n): (&Lane, &f64)| match film {
+                        Some(film) => Metal::Filmed(film.between(*n, (eta.eval(l.nm), k.eval(l.nm)), l.nm)),
+                        None => Metal::Index(eta.eval(l.nm) / n, k.eval(l.nm) / n),
+                    };
                     self.metal(path.lanes.iter().zip(&around).map(of).collect(), *alpha)
                 }
                 Material::ColoredConductor { reflectance, alpha } => {
@@ -243,15 +253,20 @@ impl Stage {
             let coats = |coat| path.lanes.iter().zip(&outside).map(|(l, &n)| of_lane(coat, l.nm, n)).collect();
             return (path.inside.clone(), Some((hit, bsdf, coat.map_or(vec![], coats))));
         }
-        let met: Vec<(&Hit, &Material)> = met.iter().map(|m| (&m.hit, m.material)).collect();
-        match cross(&self.scene, &path.inside, path.ray.dir, &met) {
+        let crossed: Vec<(&Hit, &Material)> = met.iter().map(|m| (&m.hit, m.material)).collect();
+        match cross(&self.scene, &path.inside, path.ray.dir, &crossed) {
             (beyond, Crossing::Interface { hit, near, far, alpha }) => {
                 let interiors = &self.scene.interiors;
                 let eta = values(&|nm| interiors[far].ior.eval(nm) / interiors[near].ior.eval(nm));
-                if eta.iter().all(|&n| n == 1.0) {
+                let film = met.iter().find(|m| std::ptr::eq(&m.hit, hit)).and_then(|m| m.film);
+                if film.is_none() && eta.iter().all(|&n| n == 1.0) {
                     return (beyond, None);
                 }
-                (beyond, Some((*hit, Bsdf::Dielectric { eta, alpha, energy: self.energy(alpha).map(|e| &e.dielectric) }, vec![])))
+                let index = |i: usize, nm: f64| interiors[i].ior.eval(nm);
+                let stack = |l: &Lane, film: &Film| film.between(index(near, l.nm), (index(far, l.nm), 0.0), l.nm);
+                let film = film.map_or(vec![], |film| path.lanes.iter().map(|l| stack(l, film)).collect());
+                let energy = self.energy(alpha).map(|e| &e.dielectric);
+                (beyond, Some((*hit, Bsdf::Dielectric { eta, film, alpha, energy }, vec![])))
             }
             (beyond, Crossing::Straight) => (beyond, None),
         }
@@ -266,13 +281,14 @@ impl Stage {
     fn choose(&self, mut hit: Hit, path: &mut Path, rng: &mut Rng) -> Met<'_> {
         let mut coat = None;
         let shape = &self.scene.shapes[hit.shape];
-        let mut material = &self.scene.materials[shape.material];
+        let mut index = shape.material;
         loop {
+            let material = &self.scene.materials[index];
             let (a, b, weight) = match material {
                 Material::Mix { a, b, weight } => (a, b, weight),
                 Material::Graded { first, levels, roughness } => {
                     let (level, share) = level_at(roughness.eval(path.lanes[0].nm, hit.uv), levels);
-                    material = &self.scene.materials[first + level - levels.start + usize::from(rng.next() < share)];
+                    index = first + level - levels.start + usize::from(rng.next() < share);
                     continue;
                 }
                 Material::NormalMapped { base, normals } => {
@@ -280,15 +296,15 @@ impl Stage {
                         let triangle = (hit.prim - self.world.first_prim(hit.shape)) as usize;
                         hit.ns = mesh.mapped_normal(triangle, hit.uv, hit.ng, hit.ns, normals);
                     }
-                    material = &self.scene.materials[*base];
+                    index = *base;
                     continue;
                 }
                 Material::Coated { base, ior, alpha } => {
                     coat = Some((ior, *alpha));
-                    material = &self.scene.materials[*base];
+                    index = *base;
                     continue;
                 }
-                _ => return Met { hit, material, coat },
+                _ => return Met { hit, material, coat, film: self.scene.films.get(&index) },
             };
             let w: Vec<f64> = path.lanes.iter().map(|l| weight.eval(l.nm, hit.uv)).collect();
             let q = w.iter().sum::<f64>() / w.len() as f64;
@@ -296,7 +312,7 @@ impl Stage {
             for (lane, w) in path.lanes.iter_mut().zip(w) {
                 lane.beta *= if first { w / q } else { (1.0 - w) / (1.0 - q) };
             }
-            material = &self.scene.materials[if first { *a } else { *b }];
+            index = if first { *a } else { *b };
         }
     }
 
@@ -323,9 +339,11 @@ impl Stage {
             }
             let met: Vec<(&Hit, &Material)> =
                 hits.iter().map(|h| (h, &self.scene.materials[self.scene.shapes[h.shape].material])).collect();
-            for (hit, material) in met.iter().filter(|(_, m)| !matches!(m, Material::Dielectric { .. })) {
+            for (hit, _) in met.iter().filter(|(_, m)| !matches!(m, Material::Dielectric { .. })) {
                 let cos = ray.dir.dot(hit.ns).abs();
-                share.iter_mut().zip(lanes).for_each(|(s, l)| *s *= straight_share(&self.scene, material, cos, hit.uv, l.nm));
+                share.iter_mut().zip(lanes).for_each(|(s, l)| {
+                    *s *= straight_share(&self.scene, self.scene.shapes[hit.shape].material, cos, hit.uv, l.nm)
+                });
             }
             let (beyond, crossing) = cross(&self.scene, &inside, ray.dir, &met);
             if let Crossing::Interface { near, far, .. } = crossing {

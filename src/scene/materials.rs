@@ -4,11 +4,13 @@ use super::json::{Node, quoted, suggest};
 use super::keys::MATERIALS;
 use super::load::Loader;
 use super::spectra::Place;
-use super::{Interior, Material};
+use super::{Film, Interior, Material};
 use crate::error::Result;
 use crate::spectrum::{Ior, Spectrum, library};
 use std::collections::HashMap;
 
+/// Thickest film, nm: in thicker ones the colours of neighbouring wavelengths run into each other.
+pub(super) const THICKEST_FILM: f64 = 10_000.0;
 /// Mixes of mixes may be this deep.
 const DEEPEST_MIX: usize = 8;
 
@@ -54,7 +56,7 @@ impl Materials {
         }
         for (index, (name, node)) in nodes.iter().enumerate() {
             node.object("material")?;
-            loader.scene.materials[index] = this.material(loader, name, node)?;
+            this.place(loader, index, name, node)?;
         }
         loader.kit = this;
         for (index, (_, node)) in nodes.iter().enumerate() {
@@ -75,8 +77,21 @@ impl Materials {
         Ok(())
     }
 
-    /// One material of the scene; `name` is for what it encloses.
-    pub(super) fn material(&self, loader: &mut Loader, name: &str, node: &Node) -> Result<Material> {
+    /// Puts the material that `node` describes at this index; `name` is for what it encloses.
+    pub(super) fn place(&self, loader: &mut Loader, index: usize, name: &str, node: &Node) -> Result<()> {
+        let material = self.material(loader, name, node)?;
+        if let Some(film) = film(loader, node, &material)? {
+            let filmed = match &material {
+                Material::Graded { first, levels, .. } => *first..first + levels.len(),
+                _ => index..index + 1,
+            };
+            loader.scene.films.extend(filmed.map(|i| (i, film.clone())));
+        }
+        loader.scene.materials[index] = material;
+        Ok(())
+    }
+
+    fn material(&self, loader: &mut Loader, name: &str, node: &Node) -> Result<Material> {
         let (kind, inner) = node.one_of(MATERIALS)?;
         inner.object(kind)?;
         Ok(match kind {
@@ -175,6 +190,32 @@ impl Loader {
             || node.fail(format!("unknown material {}", quoted(name)), suggest(name, self.names.keys().map(String::as_str)));
         self.names.get(name).copied().ok_or_else(unknown)
     }
+}
+
+/// The film on a material, or of a pane that is one itself.
+fn film(loader: &Loader, node: &Node, material: &Material) -> Result<Option<Film>> {
+    let (_, inner) = node.one_of(MATERIALS)?;
+    let (Some(node), own_ior) = (match material {
+        Material::ThinDielectric { ior } => (inner.get("thickness").map(|_| inner.clone()), Some(ior)),
+        _ => (inner.get("thin_film"), None),
+    }) else {
+        return Ok(None);
+    };
+    if own_ior.is_none() {
+        node.object("thin_film")?;
+    }
+    let first = if let Material::Graded { first, .. } = material { &loader.scene.materials[*first] } else { material };
+    match first {
+        Material::Dielectric { .. } if !matches!(material, Material::Dielectric { alpha: 0.0, .. }) => {
+            return Err(node.fail("a film on rough glass", "make the glass smooth, or leave out the film"));
+        }
+        Material::ColoredConductor { .. } => {
+            return Err(node.fail("what a film does depends on the metal's index", "give \"metal\", or \"eta\" and \"k\""));
+        }
+        _ => {}
+    }
+    let ior = own_ior.map_or_else(|| loader.reader.ior(&node.need("ior")?), |ior| Ok(ior.clone()))?;
+    Ok(Some(Film { ior, thickness_nm: node.need("thickness")?.within(0.0, THICKEST_FILM)? }))
 }
 
 fn medium(loader: &Loader, node: &Node) -> Result<Medium> {

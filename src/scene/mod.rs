@@ -36,8 +36,10 @@ pub use load::{LoadOptions, load, load_str};
 pub(crate) use mesh::read as read_mesh;
 pub use texture::Texture;
 
+use crate::bsdf::film::Stack;
 use crate::spectrum::{Ior, Spectrum};
 use glam::{DMat3, DVec2, DVec3};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A complete scene.
@@ -51,6 +53,8 @@ pub struct Scene {
     pub sensor: Sensor,
     /// Materials; shapes and mixes refer to them by index.
     pub materials: Vec<Material>,
+    /// Thin films on smooth dielectrics and on conductors, by the index of the material; of a thin dielectric, that it is itself a film.
+    pub films: BTreeMap<usize, Film>,
     /// Volumes with an index and a medium; `interiors[0]` surrounds the scene.
     pub interiors: Vec<Interior>,
     /// Geometry: every instance is its own shape.
@@ -273,6 +277,22 @@ pub enum Material {
         /// Index into `Scene::interiors`, if crossing it changes the medium.
         interior: Option<usize>,
     },
+}
+
+/// A layer so thin that light interferes in it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Film {
+    /// Its index.
+    pub ior: Ior,
+    /// Its thickness, nm.
+    pub thickness_nm: f64,
+}
+
+impl Film {
+    /// What it makes at `nm` with a medium of index `near` before it and one of index `n + i k` beyond.
+    pub fn between(&self, near: f64, far: (f64, f64), nm: f64) -> Stack {
+        Stack { near, film: self.ior.eval(nm), waves: self.thickness_nm / nm, far }
+    }
 }
 
 /// A volume: index of refraction and homogeneous participating medium. Where volumes overlap the greatest `(priority, index)` rules.

@@ -88,6 +88,31 @@ fn mixture() -> Scene {
     })
 }
 
+/// A soap bubble, glass with a film, and rough metal with one.
+fn films() -> Scene {
+    let mut s = hall(4);
+    let film = |n: f64, thickness_nm: f64| Film { ior: Ior::constant(n), thickness_nm };
+    let soap = material(&mut s, Material::ThinDielectric { ior: Ior::constant(1.33) });
+    s.films.insert(soap, film(1.33, 350.0));
+    shape(&mut s, soap, sphere(dvec3(-0.7, 0.5, 0.2), 0.34));
+    let flint = glass(&mut s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0);
+    s.films.insert(flint, film(2.4, 120.0));
+    shape(&mut s, flint, sphere(dvec3(0.0, 0.5, 0.2), 0.34));
+    let metal = material(&mut s, Material::Conductor { eta: ramp(0.6, 1.2), k: ramp(2.0, 4.0), alpha: 0.3 });
+    s.films.insert(metal, film(1.9, 250.0));
+    shape(&mut s, metal, sphere(dvec3(0.7, 0.5, 0.2), 0.34));
+    s
+}
+
+/// Glass of one index, whose film alone tells wavelengths apart.
+fn film_on_plain_glass() -> Scene {
+    let mut s = hall(4);
+    let glass = glass(&mut s, solid("glass", 1.5, 1), 0.0);
+    s.films.insert(glass, Film { ior: Ior::constant(2.4), thickness_nm: 130.0 });
+    shape(&mut s, glass, sphere(dvec3(0.0, 0.65, 0.2), 0.55));
+    s
+}
+
 fn coated(s: &mut Scene, base: usize, alpha: f64) -> usize {
     material(s, Material::Coated { base, ior: flint(), alpha })
 }
@@ -322,6 +347,8 @@ agree! {
     metals_in_water, 160, 1.0, metal_in_water();
     thin_panes, 96, 1.0, pane();
     mixtures, 96, 1.0, mixture();
+    thin_films, 96, 1.0, films();
+    a_film_on_plain_glass, 96, 1.0, film_on_plain_glass();
     coated_smoothly, 96, 1.0, coated_paint(0.0);
     coated_roughly, 96, 1.0, coated_paint(0.2);
     metals_under_coats, 96, 1.0, coated_metals();
