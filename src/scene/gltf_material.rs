@@ -4,8 +4,9 @@
 use super::gltf_texture::{Textures, Use, uv_set};
 use super::json::Node;
 use super::load::Loader;
+use super::materials::THICKEST_FILM;
 use super::roughness::Roughness;
-use super::{Emission, Interior, Material, Texture};
+use super::{Emission, Film, Interior, Material, Texture};
 use crate::color::cie;
 use crate::error::Result;
 use crate::spectrum::library::Observer;
@@ -29,7 +30,6 @@ pub(super) fn photometric(node: &Node, rgb: [f64; 3], factor: f64) -> Result<Spe
 /// Extensions of materials that change only how they look, not what they are: named by what is lost.
 const LOST: &[(&str, &str)] = &[
     ("KHR_materials_sheen", "sheen"),
-    ("KHR_materials_iridescence", "iridescence"),
     ("KHR_materials_anisotropy", "anisotropy (roughness is the same in all directions)"),
     ("KHR_materials_diffuse_transmission", "diffuse transmission"),
     ("KHR_materials_unlit", "\"unlit\" (such surfaces are lit like all others)"),
@@ -44,6 +44,7 @@ const SLOTS: &[&str] = &[
     "specularTexture",
     "clearcoatTexture",
     "clearcoatRoughnessTexture",
+    "iridescenceTexture",
     "normalTexture",
 ];
 
@@ -83,8 +84,8 @@ impl<'n> Reader<'_, 'n, '_> {
 
     /// The textureInfo of a slot, wherever it stands.
     fn info(&self, slot: &str) -> Option<Node<'n>> {
-        let extensions = ["KHR_materials_transmission", "KHR_materials_specular", "KHR_materials_clearcoat"];
-        let places = [self.pbr.clone(), Some(self.node.clone())].into_iter().chain(extensions.map(|name| self.extension(name)));
+        let extensions = ["transmission", "specular", "clearcoat", "iridescence"].map(|name| format!("KHR_materials_{name}"));
+        let places = [self.pbr.clone(), Some(self.node.clone())].into_iter().chain(extensions.map(|name| self.extension(&name)));
         places.flatten().find_map(|place| place.get(slot))
     }
 
@@ -146,6 +147,7 @@ impl<'n> Reader<'_, 'n, '_> {
         let transmission = self.share(transmission, "transmissionTexture", 0, None)?;
         let rough = self.roughness(self.pbr.clone(), "roughnessFactor", 1.0, "metallicRoughnessTexture")?;
         let lacquer = self.lacquer()?;
+        let film = self.film()?;
         let is = |share: &Texture, value: f64| matches!(share, Texture::Uniform(Spectrum::Constant(v)) if *v == value);
         let reflectance = match self.info("baseColorTexture") {
             Some(info) => self.textures.read(&info, self.uv_set, Use::Reflectance(base), Spectrum::Constant(1.0), None)?,
@@ -157,12 +159,16 @@ impl<'n> Reader<'_, 'n, '_> {
         };
         let mut surface = None;
         if !is(&metallic, 1.0) && !is(&transmission, 1.0) {
+            if film.is_some() {
+                self.note("iridescence of what is neither metal nor glass: ignored (KHR_materials_iridescence)");
+            }
             let paint = self.push(Material::Diffuse { reflectance: reflectance.clone() });
             let glossy = self.glossy(paint, &rough)?;
             surface = Some(self.lacquered(paint, glossy, &lacquer));
         }
         if !is(&metallic, 1.0) && !is(&transmission, 0.0) {
             let glass = self.glass(base, &rough)?;
+            let glass = self.filmed_glass(glass, &film)?;
             if lacquer.is_some() {
                 self.note("clear coats on glass: ignored (KHR_materials_clearcoat)");
             }
@@ -170,6 +176,7 @@ impl<'n> Reader<'_, 'n, '_> {
         }
         if !is(&metallic, 0.0) {
             let metal = self.push_rough(&rough, |alpha| Material::ColoredConductor { reflectance: reflectance.clone(), alpha });
+            let metal = self.filmed_metal(metal, &reflectance, &rough, &film);
             let metal = self.lacquered(metal, metal, &lacquer);
             surface = Some(surface.map_or(metal, |under| self.mix(metal, under, metallic)));
         }
@@ -224,6 +231,44 @@ impl<'n> Reader<'_, 'n, '_> {
         let Some((share, roughness)) = lacquer else { return bare };
         let coated = self.push_rough(roughness, |alpha| Material::Coated { base, ior: Ior::constant(CLEAR_COAT), alpha });
         self.mix(coated, bare, share.clone())
+    }
+
+    /// The film that makes a surface iridescent, and how much of it there is.
+    fn film(&mut self) -> Result<Option<(Texture, Film)>> {
+        let Some(node) = self.extension("KHR_materials_iridescence") else { return Ok(None) };
+        let share = self.share(factor(Some(&node), "iridescenceFactor", 0.0, 1.0)?, "iridescenceTexture", 0, None)?;
+        let ior = Ior::constant(node.get("iridescenceIor").map_or(Ok(1.3), |n| n.within(1.0, 5.0))?);
+        let thickness_nm = factor(Some(&node), "iridescenceThicknessMaximum", 400.0, THICKEST_FILM)?;
+        if node.get("iridescenceThicknessTexture").is_some() {
+            self.note("films are of one thickness: of its picture the greatest counts (KHR_materials_iridescence)");
+        }
+        Ok((!share.is_zero() && thickness_nm > 0.0).then_some((share, Film { ior, thickness_nm })))
+    }
+
+    fn filmed_glass(&mut self, bare: usize, film: &Option<(Texture, Film)>) -> Result<usize> {
+        let Some((share, film)) = film else { return Ok(bare) };
+        let Material::Dielectric { alpha: 0.0, .. } = self.loader.scene.materials[bare] else {
+            self.note("iridescence of rough glass and of thin panes: ignored (KHR_materials_iridescence)");
+            return Ok(bare);
+        };
+        let filmed = self.push(self.loader.scene.materials[bare].clone());
+        self.loader.put_film(filmed, film);
+        Ok(self.mix(filmed, bare, share.clone()))
+    }
+
+    /// What a film does depends on the metal's index: that of a dielectric with its reflectance, (n - 1)^2 / (n + 1)^2, as the extension has it.
+    fn filmed_metal(&mut self, bare: usize, reflectance: &Texture, rough: &Roughness, film: &Option<(Texture, Film)>) -> usize {
+        let Some((share, film)) = film else { return bare };
+        let Texture::Uniform(reflectance) = reflectance else {
+            self.note("iridescence of metals of a pictured colour: ignored (KHR_materials_iridescence)");
+            return bare;
+        };
+        let index = |r: f64| (1.0 + r.min(0.98).sqrt()) / (1.0 - r.min(0.98).sqrt());
+        let eta = sampled(self.loader.reader.range, |nm| index(reflectance.eval(nm)));
+        let conductor = |alpha| Material::Conductor { eta: eta.clone(), k: Spectrum::Constant(0.0), alpha };
+        let filmed = self.push_rough(rough, conductor);
+        self.loader.put_film(filmed, film);
+        self.mix(filmed, bare, share.clone())
     }
 
     /// Paint with its gloss, as much of it as KHR_materials_specular leaves.

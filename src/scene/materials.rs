@@ -80,14 +80,11 @@ impl Materials {
     /// Puts the material that `node` describes at this index; `name` is for what it encloses.
     pub(super) fn place(&self, loader: &mut Loader, index: usize, name: &str, node: &Node) -> Result<()> {
         let material = self.material(loader, name, node)?;
-        if let Some(film) = film(loader, node, &material)? {
-            let filmed = match &material {
-                Material::Graded { first, levels, .. } => *first..first + levels.len(),
-                _ => index..index + 1,
-            };
-            loader.scene.films.extend(filmed.map(|i| (i, film.clone())));
-        }
+        let film = film(loader, node, &material)?;
         loader.scene.materials[index] = material;
+        if let Some(film) = film {
+            loader.put_film(index, &film);
+        }
         Ok(())
     }
 
@@ -183,6 +180,15 @@ impl Interior {
 }
 
 impl Loader {
+    /// Puts a film on the material at this index, or on all the levels of its roughness.
+    pub(super) fn put_film(&mut self, index: usize, film: &Film) {
+        let filmed = match &self.scene.materials[index] {
+            Material::Graded { first, levels, .. } => *first..first + levels.len(),
+            _ => index..index + 1,
+        };
+        self.scene.films.extend(filmed.map(|i| (i, film.clone())));
+    }
+
     /// The index of the material that `node` names.
     pub(super) fn material_index(&self, node: &Node) -> Result<usize> {
         let name = node.string()?;

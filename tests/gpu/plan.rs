@@ -38,6 +38,9 @@ fn axes() -> [Vec<Value>; 5] {
         ball(json!({"conductor": {"metal": "Al"}})),
         ball(json!({"conductor": {"metal": "Al", "alpha": 0.3}})),
         ball(json!({"conductor": {"reflectance": 0.5, "alpha": 0.3}})),
+        ball(json!({"thin_dielectric": {"ior": 1.33, "thickness": 400}})),
+        ball(json!({"dielectric": {"ior": 1.5, "thin_film": {"thickness": 120, "ior": 1.3}}})),
+        ball(json!({"conductor": {"metal": "Ti", "alpha": 0.3, "thin_film": {"thickness": 120, "ior": 2.5}}})),
         json!({"materials": {"m": {"coated": {"of": "wall", "ior": 1.5}}, "n": {"coated": {"of": "steel", "ior": "N-SF11", "alpha": 0.1}}, "steel": {"conductor": {"metal": "Fe"}}},
                "shapes": [{"sphere": {"center": [0, 1, 0], "radius": 0.5}, "material": "m"}, {"sphere": {"center": [0, 2, 0], "radius": 0.4}, "material": "n"}]}),
         json!({"materials": {"m": {"coated": {"of": "wall", "ior": 1.5, "roughness": {"texture": "sky.png"}}}},
@@ -252,6 +255,7 @@ fn there_is_no_term_or_buffer_for_what_a_scene_does_not_contain() {
             &["bsdf/coat.wgsl"],
             &["tables"],
         ),
+        (ball(json!({"thin_dielectric": {"ior": 1.33, "thickness": 400}})), &["bsdf/film.wgsl"], &[]),
         (json!({"lights": [{"image": {"file": "sky.png"}}]}), &["light/environment.wgsl"], &["environment"]),
         (
             ball(json!({"conductor": {"metal": "Al"}})),

@@ -293,6 +293,57 @@ fn gltf_gloss_is_a_coat_and_a_clear_coat_lies_on_paint_and_metal() {
 }
 
 #[test]
+fn gltf_iridescence_is_a_film_on_metal_and_glass() {
+    let folder = Folder::new("films");
+    let film = json!({"iridescenceFactor": 0.5, "iridescenceIor": 1.8, "iridescenceThicknessMaximum": 300});
+    let glass = json!({"transmissionFactor": 1});
+    for (metallic, roughness) in [(1.0, 0.5), (0.0, 0.0)] {
+        let pbr = json!({"metallicFactor": metallic, "roughnessFactor": roughness});
+        let extensions = json!({"KHR_materials_iridescence": film, "KHR_materials_transmission": glass, "KHR_materials_volume": {"thicknessFactor": 1}});
+        let scene = folder.gltf(&document(json!({"pbrMetallicRoughness": pbr, "extensions": extensions}))).unwrap();
+        let Material::Mix { a, b, weight } = &scene.materials[scene.shapes[0].material] else { panic!("no mixture") };
+        assert_eq!(weight.average(500.0), 0.5);
+        assert_eq!(scene.films[a], abbe::scene::Film { ior: abbe::spectrum::Ior::constant(1.8), thickness_nm: 300.0 });
+        assert!(!scene.films.contains_key(b));
+        match &scene.materials[*a] {
+            Material::Conductor { alpha, .. } => assert_eq!((metallic, *alpha), (1.0, 0.25)),
+            Material::Dielectric { alpha, .. } => assert_eq!((metallic, *alpha), (0.0, 0.0)),
+            other => panic!("a film on {other:?}"),
+        }
+    }
+    let pbr = json!({"metallicFactor": 0});
+    let paint = json!({"pbrMetallicRoughness": pbr, "extensions": {"KHR_materials_iridescence": film}});
+    let scene = folder.gltf(&document(paint)).unwrap();
+    assert!(
+        scene.films.is_empty() && scene.notes.iter().any(|n| n.contains("iridescence of what is neither")),
+        "{:?}",
+        scene.notes
+    );
+}
+
+#[test]
+fn films_lie_on_smooth_glass_and_known_metal() {
+    let folder = Folder::new("scene-films");
+    let scene = |material: &str| folder.scene(&scene_with("materials", &format!(r#"{{"m": {material}}}"#)));
+    let soap = scene(r#"{"thin_dielectric": {"ior": 1.33, "thickness": 400}}"#).unwrap();
+    assert_eq!((soap.films[&0].thickness_nm, soap.films[&0].ior.eval(500.0)), (400.0, 1.33));
+    let oxide = scene(r#"{"conductor": {"metal": "Ti", "alpha": 0.2, "thin_film": {"thickness": 120, "ior": 2.5}}}"#).unwrap();
+    assert_eq!(oxide.films[&0].thickness_nm, 120.0);
+    for (bad, says) in [
+        (r#"{"dielectric": {"ior": 1.5, "alpha": 0.1, "thin_film": {"thickness": 120, "ior": 1.3}}}"#, "a film on rough glass"),
+        (r#"{"conductor": {"reflectance": 0.5, "thin_film": {"thickness": 120, "ior": 1.3}}}"#, "depends on the metal's index"),
+        (
+            r#"{"dielectric": {"ior": 1.5, "thin_film": {"thickness": 1e5, "ior": 1.3}}}"#,
+            "$.materials.m.dielectric.thin_film.thickness",
+        ),
+        (r#"{"dielectric": {"ior": 1.5, "thin_film": {"ior": 1.3}}}"#, "thickness"),
+    ] {
+        let line = scene(bad).unwrap_err().to_string();
+        assert!(line.contains(says), "{line}");
+    }
+}
+
+#[test]
 fn scenes_put_pictures_of_roughness_on_glass_metal_and_coats() {
     let folder = Folder::new("rough");
     folder.write("r.png", &png(2, &[[0, 128, 0, 255], [255, 191, 255, 255]]));
