@@ -196,6 +196,10 @@ fn interiors(scene: &Scene, rows: &mut Rows) -> Vec<Interior> {
         .collect()
 }
 
+fn interior_index(interior: Option<usize>) -> u32 {
+    interior.map_or(NO_INDEX, |i| i as u32)
+}
+
 /// Energy tables one after another.
 #[derive(Default)]
 struct Tables {
@@ -272,7 +276,8 @@ fn materials(scene: &Scene, rows: &mut Rows, textures: &mut Textures, tables: &m
                 // Level 0 need not be there: the index wraps around, and back.
                 let b = (*first as u32).wrapping_sub(levels.start as u32);
                 let c = levels.start as u32 | (levels.end as u32 - 1) << 16;
-                Material { kind: layout::MATERIAL_KIND_GRADED, a, b, c, texture, ..none }
+                let interior = interior_index(scene.interior_of(*first));
+                Material { kind: layout::MATERIAL_KIND_GRADED, interior, a, b, c, texture, ..none }
             }
             scene::Material::Coated { base, ior, alpha } => Material {
                 kind: layout::MATERIAL_KIND_COATED,
@@ -288,10 +293,11 @@ fn materials(scene: &Scene, rows: &mut Rows, textures: &mut Textures, tables: &m
             }
             scene::Material::NormalMapped { base, normals } => {
                 let (_, texture) = textures.add(&scene::Texture::Image(normals.clone()), rows);
-                Material { kind: layout::MATERIAL_KIND_NORMAL_MAPPED, b: *base as u32, texture, ..none }
+                let interior = interior_index(scene.interior_of(*base));
+                Material { kind: layout::MATERIAL_KIND_NORMAL_MAPPED, interior, b: *base as u32, texture, ..none }
             }
             scene::Material::Boundary { interior } => {
-                Material { kind: layout::MATERIAL_KIND_BOUNDARY, interior: interior.map_or(NO_INDEX, |i| i as u32), ..none }
+                Material { kind: layout::MATERIAL_KIND_BOUNDARY, interior: interior_index(*interior), ..none }
             }
         })
         .collect()

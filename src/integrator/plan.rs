@@ -281,21 +281,13 @@ fn used_materials(scene: &Scene) -> Vec<usize> {
     used
 }
 
-fn interior(material: &Material) -> Option<usize> {
-    match material {
-        Material::Dielectric { interior, .. } => Some(*interior),
-        Material::Boundary { interior } => *interior,
-        _ => None,
-    }
-}
-
 fn volumes(scene: &Scene, used: &[usize]) -> Vec<usize> {
-    used.iter().filter_map(|&m| interior(&scene.materials[m])).collect()
+    used.iter().filter_map(|&m| scene.interior_of(m)).collect()
 }
 
 /// True if the boxes of two volumes overlap, so that a surface may not be there because another volume rules.
 fn volumes_overlap(scene: &Scene) -> bool {
-    let is_volume = |s: &&Shape| interior(&scene.materials[s.material]).is_some();
+    let is_volume = |s: &&Shape| scene.interior_of(s.material).is_some();
     some_meet(scene.shapes.iter().filter(is_volume).map(|s| (true, bounds(&s.geometry))).collect())
 }
 
@@ -304,7 +296,7 @@ fn volumes_touch(scene: &Scene) -> bool {
     let boxes = scene.shapes.iter().map(|s| {
         let b = bounds(&s.geometry);
         let slack = DVec3::splat(1e-5 * b.min.abs().max(b.max.abs()).max_element());
-        (interior(&scene.materials[s.material]).is_some(), Bounds { min: b.min - slack, max: b.max + slack })
+        (scene.interior_of(s.material).is_some(), Bounds { min: b.min - slack, max: b.max + slack })
     });
     some_meet(boxes.collect())
 }

@@ -52,7 +52,7 @@ pub(super) fn interiors_at(scene: &Scene, world: &World, mut ray: Ray, met: Vec<
             let hits = world.intersect(&ray);
             let Some(first) = hits.first() else { break };
             for hit in &hits {
-                if let Some(interior) = interior_of(&scene.materials[scene.shapes[hit.shape].material]) {
+                if let Some(interior) = scene.interior_of(scene.shapes[hit.shape].material) {
                     tally((interior, ray.dir.dot(hit.ng) < 0.0));
                 }
             }

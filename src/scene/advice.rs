@@ -46,11 +46,9 @@ fn unlit(scene: &Scene, out: &mut Vec<String>) {
 /// The interior that a material encloses.
 fn interior_of(scene: &Scene, material: usize) -> Option<usize> {
     match &scene.materials[material] {
-        Material::Dielectric { interior, .. } => Some(*interior),
-        Material::Boundary { interior } => *interior,
-        Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => interior_of(scene, *base),
         Material::Mix { a, b, .. } => interior_of(scene, *a).or_else(|| interior_of(scene, *b)),
-        _ => None,
+        Material::NormalMapped { base, .. } => interior_of(scene, *base),
+        _ => scene.interior_of(material),
     }
 }
 

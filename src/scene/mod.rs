@@ -72,6 +72,18 @@ pub struct Scene {
     pub source_hash: u64,
 }
 
+impl Scene {
+    /// The interior that a surface of this material encloses: its own, or that of the material whose normals or roughness vary.
+    pub fn interior_of(&self, material: usize) -> Option<usize> {
+        match self.materials[material] {
+            Material::Dielectric { interior, .. } => Some(interior),
+            Material::Boundary { interior } => interior,
+            Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => self.interior_of(base),
+            _ => None,
+        }
+    }
+}
+
 /// One of the two plain double-precision estimators of [`crate::reference`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Estimator {
