@@ -4,23 +4,31 @@
 
 var<private> coat: u32; // the material that covers the surface at hand, or NONE
 
+// The last look-up in an energy table: most coats have one index for all wavelengths, and need no other.
+var<private> known_at: vec3f; // table, cosine, relative index
+var<private> known: vec2f;
+
+// Of four relative indices what enters (x) and its mean over all cosines (y). A loop, so that compilers have one look-up to do.
+fn coat_energy(table: u32, mu: f32, eta: vec4f) -> array<vec4f, 2> {
+    var energy = array<vec4f, 2>(vec4f(0.0), vec4f(0.0));
+    for (var c = 0u; c < 4u; c++) {
+        let at = vec3f(f32(table), mu, component(eta, c));
+        if (any(known_at != at)) {
+            known_at = at;
+            known = missing_energy(table, mu, at.z);
+        }
+        energy[0] = select(energy[0], vec4f(known.x), vec4u(0u, 1u, 2u, 3u) == vec4u(c));
+        energy[1] = select(energy[1], vec4f(known.y), vec4u(0u, 1u, 2u, 3u) == vec4u(c));
+    }
+    return energy;
+}
+
 // What of light at cosine `mu` enters.
 fn coat_transmittance(m: Material, mu: f32, k: u32) -> vec4f {
     let eta = spectrum(m.a, k) / index_outside(k);
 #if ROUGH_COAT
     if (m.alpha > 0.0) {
-        // Mostly one index for all wavelengths, and one look-up.
-        var t = vec4f(0.0);
-        var last = 0.0;
-        for (var c = 0u; c < 4u; c++) {
-            if (eta[c] == last) {
-                t[c] = t[c - 1u];
-            } else {
-                last = eta[c];
-                t[c] = missing_energy(m.table, mu, last).x;
-            }
-        }
-        return t;
+        return coat_energy(m.table, mu, eta)[0];
     }
 #endif
     return 1.0 - fresnel_dielectric(mu, eta);
@@ -42,16 +50,7 @@ fn under_coat(rho: vec4f, k: u32) -> vec4f {
     }
     let m = material_at(coat);
     let eta = spectrum(m.a, k) / index_outside(k);
-    var mean = vec4f(0.0);
-    var last = 0.0;
-    for (var c = 0u; c < 4u; c++) {
-        if (eta[c] == last) {
-            mean[c] = mean[c - 1u];
-        } else {
-            last = eta[c];
-            mean[c] = missing_energy(m.table, 1.0, last).y;
-        }
-    }
+    let mean = coat_energy(m.table, 1.0, eta)[1];
     return rho / (eta * eta - rho * (eta * eta - mean));
 }
 #endif
