@@ -20,7 +20,7 @@ pub fn initial_interiors(scene: &Scene, points: &[DVec3]) -> Vec<Vec<usize>> {
     }
     // Only volumes that may be met: a scene can have many millions of triangles, and so can its instances.
     let may_be_met = |shape: &&Shape| {
-        interior_of(&scene.materials[shape.material]).is_some() && {
+        scene.interior_of(shape.material).is_some() && {
             let b = bounds(&shape.geometry);
             points.iter().any(|&p| passes(&b, p))
         }
