@@ -60,3 +60,18 @@ fn fresnel_conductor_average(eta: vec4f, k: vec4f) -> vec4f {
 }
 #endif
 #endif
+
+#if COLORED_CONDUCTOR
+// Reflectance of what reflects `f0` at normal incidence (Schlick 1994, eq. 15).
+fn schlick(cos_i: f32, f0: vec4f) -> vec4f {
+    let s = 1.0 - cos_i;
+    let s2 = s * s;
+    return f0 + (1.0 - f0) * (s2 * s2 * s);
+}
+
+#if ROUGH_CONDUCTOR
+fn schlick_average(f0: vec4f) -> vec4f {
+    return f0 + (1.0 - f0) / 21.0;
+}
+#endif
+#endif

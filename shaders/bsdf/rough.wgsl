@@ -43,12 +43,14 @@ fn eval_rough_conductor(m: Material, wo: vec3f, wi: vec3f) -> f32 {
     let mean_missing = tables[m.table + ENERGY_MU];
     let multiple = select(0.0, missing_o * missing_i * wi.z * INV_PI / mean_missing, mean_missing > ENERGY_MIN_MEAN);
     for (var k = 0u; k < LANES4; k++) {
-        let n = index_around(k);
-        let eta = spectrum(m.a, k) / n;
-        let eta_k = spectrum(m.b, k) / n;
-        let f_avg = fresnel_conductor_average(eta, eta_k);
-        let f_ms = f_avg * f_avg * (1.0 - mean_missing) / (1.0 - f_avg * mean_missing);
-        bsdf_f[k] = single * fresnel_conductor(dot(wo, h), eta, eta_k) + multiple * f_ms;
+        let f_avg = metal_average(m, k);
+        var f = metal_reflectance(m, dot(wo, h), k);
+        var f_ms = f_avg * f_avg * (1.0 - mean_missing) / (1.0 - f_avg * mean_missing);
+#if COAT
+        f = mirror_under_coat(f, wo.z, wi.z, k);
+        f_ms = mirror_under_coat(f_ms, wo.z, wi.z, k);
+#endif
+        bsdf_f[k] = single * f + multiple * f_ms;
     }
     return mix(visible, wi.z * INV_PI, missing_o);
 }
@@ -61,7 +63,7 @@ fn sample_rough_conductor(m: Material, wo: vec3f, u_lobe: f32, u: vec2f) -> vec3
 }
 #endif
 
-#if ROUGH_DIELECTRIC
+#if ROUGH_DIELECTRIC || COAT
 // Row of the energy table and weight for a relative index.
 fn eta_cell(eta: f32) -> vec2f {
     let f = clamp((log(eta) / log(ENERGY_ETA_MAX) * 0.5 + 0.5) * f32(ENERGY_ETA - 1u), 0.0, f32(ENERGY_ETA - 1u));
@@ -78,7 +80,9 @@ fn missing_energy(table: u32, mu: f32, eta: f32) -> vec2f {
     let averages = table + ENERGY_ETA * ENERGY_MU + u32(e.x);
     return vec2f(missing, mix(tables[averages], tables[averages + 1u], e.y));
 }
+#endif
 
+#if ROUGH_DIELECTRIC
 // One wavelength: x = f |cos wi| without the factor of refracted radiance, y = pdf. `eta` = index beyond / index on wo's side.
 fn rough_dielectric_lane(m: Material, wo: vec3f, wi: vec3f, eta: f32) -> vec2f {
     let reflects = wi.z > 0.0;

@@ -174,10 +174,12 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
         return end_path(ray);
     }
 #if GATHERED
-    gather_at_surface(ray, s.p, n, ns, cos_from, m);
+#if CAMERA_PATHS
+    leave_point_at_surface(s.p, ns, m);
+#endif
 #endif
     for (var k = 0u; k < LANES4; k++) {
-        beta[k] *= color_of(m, k);
+        beta[k] *= paint_of(m, k);
     }
 #if CONNECT
     let light = connect(s.p, event_choice.x, event_light);
@@ -189,6 +191,9 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
         let w = connection_weight(light, v) * pdf * adjoint_correction(ray.d, light.wi, n, ns);
         for (var k = 0u; k < LANES4; k++) {
             pending[k] = w * beta[k] * light_spectrum(light, k);
+#if COAT
+            pending[k] *= out_of_coat(cos_light, k);
+#endif
         }
 #if INTERIORS
         shadow_starts_in(inside, light);
@@ -197,6 +202,11 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
 #endif
     let local = sample_cosine(event_direction);
     let d = normalize(frame_around(ns) * local);
+#if COAT
+    for (var k = 0u; k < LANES4; k++) {
+        beta[k] *= out_of_coat(local.z, k);
+    }
+#endif
     scale_beta(adjoint_correction(ray.d, d, n, ns));
     let survives = survives_roulette() && dot(n, d) > 0.0;
     leave_vertex(Vertex(s.p, cos_from, local.z, local.z * INV_PI, cos_from * INV_PI, false, 0.0));
@@ -210,22 +220,31 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
 }
 #endif
 
-#if SMOOTH_CONDUCTOR
-fn scatter_smooth_conductor(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray {
+#if SMOOTH_CONDUCTOR || SMOOTH_COAT
+// Of a coat only what the coat itself reflects: that share is in beta already.
+fn scatter_mirror(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray {
     let cos_i = min(-dot(ray.d, ns), 1.0);
     let d = normalize(ray.d + 2.0 * cos_i * ns);
-    for (var k = 0u; k < LANES4; k++) {
-        let n = index_around(k);
-        beta[k] *= fresnel_conductor(cos_i, spectrum(m.a, k) / n, spectrum(m.b, k) / n);
+#if SMOOTH_CONDUCTOR
+    if (m.kind == MATERIAL_KIND_SMOOTH_CONDUCTOR) {
+        for (var k = 0u; k < LANES4; k++) {
+            let f = metal_reflectance(m, cos_i, k);
+#if COAT
+            beta[k] *= mirror_under_coat(f, cos_i, cos_i, k);
+#else
+            beta[k] *= f;
+#endif
+        }
     }
+#endif
     scale_beta(adjoint_correction(ray.d, d, n, ns));
     let survives = cos_i > 0.0 && dot(d, n) > 0.0 && survives_roulette();
     return continue_or_end(next_segment(leave(s, d), d, s.primitive, s.p, -1.0), survives);
 }
 #endif
 
-#if ROUGH_CONDUCTOR
-fn scatter_rough_conductor(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray {
+#if GLOSSY
+fn scatter_glossy(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray {
     let frame = frame_around(ns);
     let wo = -ray.d * frame;
     if (wo.z <= 0.0) {
@@ -236,8 +255,8 @@ fn scatter_rough_conductor(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3
     var lit = light.weight > 0.0 && dot(n, light.wi) > 0.0;
     if (lit) {
         let wl = light.wi * frame;
-        let pdf = eval_rough_conductor(m, wo, wl);
-        let v = Vertex(s.p, wo.z, abs(wl.z), pdf, pdf_rough_conductor(m, wl, wo), true, 0.0);
+        let pdf = eval_glossy(m, wo, wl);
+        let v = Vertex(s.p, wo.z, abs(wl.z), pdf, pdf_glossy(m, wl, wo), true, 0.0);
         let w = connection_weight(light, v) * adjoint_correction(ray.d, light.wi, n, ns);
         for (var k = 0u; k < LANES4; k++) {
             pending[k] = w * beta[k] * bsdf_f[k] * light_spectrum(light, k);
@@ -247,15 +266,15 @@ fn scatter_rough_conductor(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3
 #endif
     }
 #endif
-    let wi = sample_rough_conductor(m, wo, next_1d(), event_direction);
-    let pdf = eval_rough_conductor(m, wo, wi);
+    let wi = sample_glossy(m, wo, next_1d(), event_direction);
+    let pdf = eval_glossy(m, wo, wi);
     let d = normalize(frame * wi);
     for (var k = 0u; k < LANES4; k++) {
         beta[k] *= select(vec4f(0.0), bsdf_f[k] / pdf, pdf > 0.0);
     }
     scale_beta(adjoint_correction(ray.d, d, n, ns));
     let survives = survives_roulette() && dot(n, d) > 0.0;
-    leave_vertex(Vertex(s.p, wo.z, abs(wi.z), pdf, pdf_rough_conductor(m, wi, wo), true, 0.0));
+    leave_vertex(Vertex(s.p, wo.z, abs(wi.z), pdf, pdf_glossy(m, wi, wo), true, 0.0));
     let next = next_segment(leave(s, d), d, s.primitive, s.p, pdf);
 #if CONNECT
     if (lit) {
@@ -267,21 +286,31 @@ fn scatter_rough_conductor(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3
 #endif
 
 #if THIN_DIELECTRIC
-// A pane with all its inner reflections: R' = 2R / (1 + R); what is not reflected goes straight through.
+// A pane with all its inner reflections, R' = 2R / (1 + R), or a film.
+fn pane_reflectance(m: Material, cos_i: f32, k: u32) -> vec4f {
+#if FILM
+    if (m.c != 0u) {
+        let around = index_outside(k);
+        return film_reflectance(m, cos_i, around, around, vec4f(0.0), k);
+    }
+#endif
+    let r = fresnel_dielectric(cos_i, spectrum(m.a, k));
+    return 2.0 * r / (1.0 + r);
+}
+
+// What is not reflected goes straight through.
 fn scatter_thin_dielectric(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray {
     let cos_i = clamp(-dot(ray.d, ns), 0.0, 1.0);
     var reflected = vec4f(0.0);
     for (var k = 0u; k < LANES4; k++) {
-        let r = fresnel_dielectric(cos_i, spectrum(m.a, k));
-        reflected += beta[k] * (2.0 * r / (1.0 + r));
+        reflected += beta[k] * pane_reflectance(m, cos_i, k);
     }
     let total = sum_beta();
     let q = select(0.0, sum4(reflected) / total, total > 0.0);
     let reflects = event_choice.x < q;
     for (var k = 0u; k < LANES4; k++) {
-        let r = fresnel_dielectric(cos_i, spectrum(m.a, k));
-        let r2 = 2.0 * r / (1.0 + r);
-        beta[k] *= select((1.0 - r2) / (1.0 - q), r2 / q, reflects);
+        let r = pane_reflectance(m, cos_i, k);
+        beta[k] *= select((1.0 - r) / (1.0 - q), r / q, reflects);
     }
     let d = select(ray.d, normalize(ray.d + 2.0 * cos_i * ns), reflects);
     scale_beta(select(1.0, adjoint_correction(ray.d, d, n, ns), reflects));
@@ -299,12 +328,26 @@ fn scatter_at_surface(ray: Ray, s: Surface, m: Material) -> Ray {
     switch m.kind {
 #if SMOOTH_CONDUCTOR
         case MATERIAL_KIND_SMOOTH_CONDUCTOR: {
-            return scatter_smooth_conductor(ray, s, m, n, ns);
+            return scatter_mirror(ray, s, m, n, ns);
         }
 #endif
 #if ROUGH_CONDUCTOR
         case MATERIAL_KIND_ROUGH_CONDUCTOR: {
-            return scatter_rough_conductor(ray, s, m, n, ns);
+            return scatter_glossy(ray, s, m, n, ns);
+        }
+#endif
+#if COAT
+        case MATERIAL_KIND_COATED: {
+#if ROUGH_COAT
+            if (m.alpha > 0.0) {
+                return scatter_glossy(ray, s, m, n, ns);
+            }
+#endif
+#if SMOOTH_COAT
+            return scatter_mirror(ray, s, m, n, ns);
+#else
+            return end_path(ray);
+#endif
         }
 #endif
 #if THIN_DIELECTRIC

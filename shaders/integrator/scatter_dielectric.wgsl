@@ -50,13 +50,30 @@ fn part_wavelengths() -> u32 {
 }
 #endif
 
+#if SMOOTH_DIELECTRIC
+// Reflectance between the indices in two rows, through the film that may lie there.
+fn interface_reflectance(m: Material, cos_i: f32, near_row: u32, far_row: u32, k: u32) -> vec4f {
+#if FILM
+    if (m.c != 0u) {
+        return film_reflectance(m, cos_i, spectrum(near_row, k), spectrum(far_row, k), vec4f(0.0), k);
+    }
+#endif
+    return fresnel_dielectric(cos_i, spectrum(far_row, k) / spectrum(near_row, k));
+}
+#endif
+
 // `sides` are the volumes before and behind the surface.
 fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, sides: Sides) -> Ray {
     let here = sides.here;
     let beyond = sides.beyond;
     let near = interior_at(ruling_interior(here));
     let far = interior_at(ruling_interior(beyond));
-    if (near.eta_row == far.eta_row) {
+#if FILM
+    let is_bare = m.c == 0u;
+#else
+    let is_bare = true;
+#endif
+    if (is_bare && near.eta_row == far.eta_row) {
         inside = beyond;
         return pass_through(ray, s);
     }
@@ -77,16 +94,17 @@ fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, sides: Sides) -> Ray
         return end_path(ray);
     }
     var lane = select(path.lane, 0u, path.lane == NONE);
-    var q = fresnel_dielectric(cos_i, vec4f(spectrum_at(far.eta_row, lane) / spectrum_at(near.eta_row, lane))).x;
-#if DISPERSION
+    var q = component(interface_reflectance(m, cos_i, near.eta_row, far.eta_row, lane / 4u), lane % 4u);
+#if DISPERSION || FILM
     // Reflection has the same direction at every wavelength: one choice for all, by the mean Fresnel reflectance of what the path carries. A path
-    // of one wavelength, or at glass of one index, needs no weights: its choice has just the probability that the light has.
+    // of one wavelength, or at bare glass of one index, needs no weights: its choice has just the probability that the light has.
     let disperses = path.lane == NONE && (near.dispersive | far.dispersive) != 0u;
+    let weighs = disperses || (path.lane == NONE && !is_bare);
     var fresnel: array<vec4f, LANES4>;
-    if (disperses) {
+    if (weighs) {
         var reflected = vec4f(0.0);
         for (var k = 0u; k < LANES4; k++) {
-            fresnel[k] = fresnel_dielectric(cos_i, spectrum(far.eta_row, k) / spectrum(near.eta_row, k));
+            fresnel[k] = interface_reflectance(m, cos_i, near.eta_row, far.eta_row, k);
             reflected += beta[k] * fresnel[k];
         }
         let total = sum_beta();
@@ -94,8 +112,8 @@ fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, sides: Sides) -> Ray
     }
 #endif
     if (event_choice.x < q) {
-#if DISPERSION
-        if (disperses) {
+#if DISPERSION || FILM
+        if (weighs) {
             for (var k = 0u; k < LANES4; k++) {
                 beta[k] *= fresnel[k] / q;
             }
@@ -107,11 +125,15 @@ fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, sides: Sides) -> Ray
         let survives = dot(d, n) > 0.0 && survives_roulette();
         return continue_or_end(next_segment(leave(s, d), d, s.primitive, s.p, -1.0), survives);
     }
-#if DISPERSION
-    if (disperses) {
+#if DISPERSION || FILM
+    if (weighs) {
         for (var k = 0u; k < LANES4; k++) {
             beta[k] *= (1.0 - fresnel[k]) / (1.0 - q);
         }
+    }
+#endif
+#if DISPERSION
+    if (disperses) {
         lane = part_wavelengths();
     }
 #endif

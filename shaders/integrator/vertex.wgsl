@@ -95,17 +95,58 @@ fn add_emission(ray: Ray, s: Surface) {
 #endif
 #endif
 
+// True for materials that are diffuse, or of which a part may be.
+fn scatters_diffusely(kind: u32) -> bool {
+    return kind == MATERIAL_KIND_DIFFUSE || kind == MATERIAL_KIND_MIX || kind == MATERIAL_KIND_COATED || kind == MATERIAL_KIND_GRADED;
+}
+
+#if NORMAL_MAPS
+// What lies under a map of normals, which turns the normal of `s`.
+fn unmap_normals(first: u32, s: ptr<function, Surface>) -> u32 {
+    let m = material_at(first);
+    if (m.kind != MATERIAL_KIND_NORMAL_MAPPED) {
+        return first;
+    }
+    (*s).ns = mapped_normal(m.texture, *s);
+    return m.b;
+}
+#endif
+
 #if COMPOSITE
 // The part of a composite material that this path (or its shadow ray) meets at `s`. The share that a mixture has of each wavelength goes into beta (or
 // pending), what a map of normals says into the shading normal.
 fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool) -> u32 {
     var index = first;
+#if COAT
+    coat = NONE;
+#endif
     for (var i = 0u; i < 12u; i++) {
         let m = material_at(index);
 #if NORMAL_MAPS
         if (m.kind == MATERIAL_KIND_NORMAL_MAPPED) {
-            (*s).ns = mapped_normal(m.texture, *s);
+            index = unmap_normals(index, s);
+            continue;
+        }
+#endif
+#if COAT
+        if (m.kind == MATERIAL_KIND_COATED) {
+            // Light that goes straight on ends at a coat.
+            if (in_shadow || choose_coat(m, min(abs(dot((*s).arrival, (*s).ns)), 1.0), next_1d())) {
+                break;
+            }
+            coat = index;
             index = m.b;
+            continue;
+        }
+#endif
+#if GRADED
+        if (m.kind == MATERIAL_KIND_GRADED) {
+            look_at_surface(m, (*s).primitive, (*s).p);
+            let first = m.c & 0xffffu;
+            let last = m.c >> 16u;
+            let x = clamp(color_of(m, 0u).x * f32(ROUGHNESS_STEPS), f32(first), f32(last));
+            let level = min(u32(x), last - 1u);
+            index = m.b + level + select(0u, 1u, next_1d() < x - f32(level));
             continue;
         }
 #endif
@@ -144,7 +185,7 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool) -> u
 
 #if CONTACT
 fn is_opaque(kind: u32) -> bool {
-    return kind == MATERIAL_KIND_DIFFUSE || kind == MATERIAL_KIND_SMOOTH_CONDUCTOR || kind == MATERIAL_KIND_ROUGH_CONDUCTOR;
+    return kind == MATERIAL_KIND_DIFFUSE || kind == MATERIAL_KIND_SMOOTH_CONDUCTOR || kind == MATERIAL_KIND_ROUGH_CONDUCTOR || kind == MATERIAL_KIND_COATED;
 }
 #endif
 
@@ -183,6 +224,12 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
 #endif
     var seen = hit.primitive;
     var index = material_of(seen);
+#if NORMAL_MAPS
+    index = unmap_normals(index, &s);
+#endif
+#if GATHERS_PAINT
+    gather_at_surface(ray, s, material_at(index).kind);
+#endif
 #if COMPOSITE
     index = resolve_material(index, &s, false);
 #endif
@@ -190,7 +237,14 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
     leaving_contact = left_with(ray, s, hit);
     if (hit.contact != NONE && material_at(index).interior != NONE) {
         // An opaque surface that touches a volume's is what is seen there.
-        let other = material_of(hit.contact);
+        var other = material_of(hit.contact);
+#if GATHERS_PAINT
+        gather_at_surface(ray, s, material_at(other).kind);
+#endif
+#if COMPOSITE
+        var touching = surface_at(ray, at_contact(hit));
+        other = resolve_material(other, &touching, false);
+#endif
         let is_seen = is_opaque(material_at(other).kind);
         seen = select(seen, hit.contact, is_seen);
         index = select(index, other, is_seen);

@@ -3,7 +3,7 @@
 // round: Hachisuka et al. 2008, Knaus & Zwicker 2011). Sums are integers, so the order of a cell's list does not matter.
 //
 // A point takes POINT_STRIDE vectors: position and the next point of its cell; normal (in fog, direction of the ray) and radius; pixel, pass with depth
-// and kind, asymmetry, density of its joint to the sensor; throughput per lane.
+// and kind, asymmetry (on a surface the coat there plus one), density of its joint to the sensor; throughput per lane.
 const POINT_STRIDE = 3u + LANES4;
 const FOG_POINT = 0x80000000u;
 // Bits 0-7: pass, 8-15: lane of a path of one wavelength, else 255; 16-30: depth.
@@ -42,8 +42,8 @@ fn store_throughput(k: u32, throughput: vec4f) {
 @group(0) @binding(16) var<storage, read> points: array<vec4f>;
 @group(0) @binding(17) var<storage, read> heads: array<u32>;
 
-// Adds this vertex to all points around it; normals are on the side that a surface is lit from.
-fn gather(ray: Ray, v: Vertex, n: vec3f, ns: vec3f) {
+// Adds this vertex, the path's of this number, to all points around it; normals are on the side that a surface is lit from.
+fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
     let pass_index = pass_of_path;
     let in_fog = v.extinction > 0.0;
     // The lower of the two cells along each axis that the largest kernel can reach into.
@@ -86,7 +86,7 @@ fn gather(ray: Ray, v: Vertex, n: vec3f, ns: vec3f) {
             continue;
         }
         // Together no longer than a path may be.
-        if (path.depth + ((about >> 16u) & 0x7fffu) > params.max_depth + 1u) {
+        if (number + ((about >> 16u) & 0x7fffu) > params.max_depth + 1u) {
             continue;
         }
         var camera = v;
@@ -104,11 +104,19 @@ fn gather(ray: Ray, v: Vertex, n: vec3f, ns: vec3f) {
         }
         let measure = gather_measure(camera, radius);
         let gathered = path.emission * safe_ratio(measure * camera.cos_from, camera.reverse);
-        let others = camera_density_at(camera, path.depth) + path.emission * pixel_about.w;
+        let others = camera_density_at(camera, number) + path.emission * pixel_about.w;
+#if COAT
+        let over_point = select(bitcast<u32>(pixel_about.z) - 1u, NONE, in_fog);
+#endif
         let kernel = select(measure, measure / v.extinction, in_fog);
         let w = factor / (kernel * (1.0 + safe_ratio(others, gathered)));
         for (var k = 0u; k < LANES4; k++) {
             pending[k] = w * beta[k] * points[at + 3u + k];
+#if COAT
+            if (over_point != NONE) {
+                pending[k] *= coat_transmittance(material_at(over_point), min(abs(dot(sides.xyz, ray.d)), 1.0), k);
+            }
+#endif
         }
         let pixel = bitcast<u32>(pixel_about.x);
         splat_pixel = vec2u(pixel % params.image_width, pixel / params.image_width);
@@ -118,18 +126,30 @@ fn gather(ray: Ray, v: Vertex, n: vec3f, ns: vec3f) {
 #endif
 
 #if DIFFUSE
-fn gather_at_surface(ray: Ray, p: vec3f, n: vec3f, ns: vec3f, cos_from: f32, m: Material) {
 #if CAMERA_PATHS
+fn leave_point_at_surface(p: vec3f, ns: vec3f, m: Material) {
     if (path.view == VIEW_BENT) {
+#if COAT
+        leave_point(p, ns, gather_radius(path.length), 0u, bitcast<f32>(coat + 1u));
+#else
         leave_point(p, ns, gather_radius(path.length), 0u, 0.0);
+#endif
         for (var k = 0u; k < LANES4; k++) {
-            store_throughput(k, INV_PI * beta[k] * color_of(m, k));
+            store_throughput(k, INV_PI * beta[k] * paint_of(m, k));
         }
     }
-#else
-    gather(ray, Vertex(p, cos_from, 1.0, 0.0, cos_from * INV_PI, false, 0.0), n, ns);
-#endif
 }
+#else
+// What arrives at a surface that may be diffuse is gathered before chance decides what the surface is: the points know which part of a mixture they are of.
+fn gather_at_surface(ray: Ray, s: Surface, kind: u32) {
+    let flip = select(1.0, -1.0, dot(ray.d, s.n) > 0.0);
+    let cos_from = -flip * dot(ray.d, s.ns);
+    if (scatters_diffusely(kind) && cos_from > 0.0 && path.depth < params.max_depth) {
+        let v = Vertex(s.p, cos_from, 1.0, 0.0, cos_from * INV_PI, false, 0.0);
+        gather(ray, v, path.depth + 1u, flip * s.n, flip * s.ns);
+    }
+}
+#endif
 #endif
 
 #if SCATTERING
@@ -144,7 +164,7 @@ fn gather_in_fog(ray: Ray, p: vec3f, m: Interior, extinction: f32) {
         }
     }
 #else
-    gather(ray, Vertex(p, 1.0, 1.0, 0.0, 0.0, false, extinction), vec3f(0.0), vec3f(0.0));
+    gather(ray, Vertex(p, 1.0, 1.0, 0.0, 0.0, false, extinction), path.depth, vec3f(0.0), vec3f(0.0));
 #endif
 }
 #endif

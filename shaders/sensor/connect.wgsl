@@ -141,6 +141,10 @@ fn connect_to_sensor(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     q = -vec2f(dot(v, params.axis_x.xyz), dot(v, params.axis_y.xyz));
 #endif
     let at = (0.5 + vec2f(0.5, -0.5) * q / params.half_extent.xy) * size;
+    // Beside the picture nothing is chosen; far beside it, steps of one pixel would be lost in rounding and never end.
+    if (any(at < vec2f(-params.filter_reach)) || any(at > size + params.filter_reach)) {
+        return s;
+    }
     let column = choose_pixel(at.x, u_choice);
     let row = choose_pixel(at.y, fract(u_choice * 4096.0));
     if (column.x < 0.0 || row.x < 0.0 || column.x >= size.x || row.x >= size.y) {

@@ -2,7 +2,8 @@
 //! `f_ms = F_ms (1 - E(mu_i)) (1 - E(mu_o)) / (pi (1 - E_avg))`, `F_ms = F_avg^2 E_avg / (1 - F_avg (1 - E_avg))`.
 
 use super::energy::{EnergyTable, MIN_MEAN};
-use super::{fresnel, ggx, sample_cosine};
+use super::fresnel::{self, Metal};
+use super::{ggx, sample_cosine};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -40,8 +41,8 @@ impl RoughConductor<'_> {
         if self.energy.mean_at(1.0) < MIN_MEAN { 0.0 } else { self.energy.missing_at(wi.z, 1.0) }
     }
 
-    /// Density of the scattered particle per solid angle of `wo`, for a metal of index `eta + i k`.
-    pub fn eval(&self, wi: DVec3, wo: DVec3, eta: f64, k: f64) -> f64 {
+    /// Density of the scattered particle per solid angle of `wo`, for a metal of this [`reflectance`](Self::reflectance).
+    pub fn eval(&self, wi: DVec3, wo: DVec3, reflectance: impl Fn(Lobe) -> f64) -> f64 {
         if wi.z <= 0.0 || wo.z <= 0.0 {
             return 0.0;
         }
@@ -50,7 +51,7 @@ impl RoughConductor<'_> {
         let lost = self.share_lost(wi);
         let multiple =
             if lost > 0.0 { lost * self.energy.missing_at(wo.z, 1.0) / self.energy.mean_at(1.0) * wo.z / PI } else { 0.0 };
-        single * self.reflectance(Lobe::Single(wi.dot(m)), eta, k) + multiple * self.reflectance(Lobe::Multiple, eta, k)
+        single * reflectance(Lobe::Single(wi.dot(m))) + multiple * reflectance(Lobe::Multiple)
     }
 
     /// Density with which [`sample`](Self::sample) takes `wo`, per solid angle.
@@ -83,12 +84,12 @@ impl RoughConductor<'_> {
         Some(ConductorSample { wo, weight, lobe: Lobe::Single(wi.dot(m)) })
     }
 
-    /// The reflectance of a lobe for a metal of index `eta + i k`.
-    pub fn reflectance(&self, lobe: Lobe, eta: f64, k: f64) -> f64 {
+    /// The reflectance of a lobe for this metal.
+    pub fn reflectance(&self, lobe: Lobe, metal: Metal) -> f64 {
         match lobe {
-            Lobe::Single(cos) => fresnel::conductor(cos, eta, k),
+            Lobe::Single(cos) => metal.at(cos),
             Lobe::Multiple => {
-                let (f, lost) = (fresnel::average_conductor(eta, k), self.energy.mean_at(1.0));
+                let (f, lost) = (metal.average(), self.energy.mean_at(1.0));
                 f * f * (1.0 - lost) / (1.0 - f * lost)
             }
         }

@@ -34,9 +34,16 @@ const FACETS: f64 = (AZIMUTHS * HEIGHTS * COSINES) as f64;
 impl EnergyTable {
     /// The table of a dielectric interface with GGX width `alpha`: rows are far index over near index.
     pub fn dielectric(alpha: f64) -> Self {
-        let columns: Vec<Vec<f64>> = (0..MU_NODES).into_par_iter().map(|j| dielectric_column(alpha, j)).collect();
-        let missing = (0..ETA_NODES).flat_map(|e| columns.iter().map(move |c| c[e])).collect();
-        Self::with_means(missing)
+        Self::with_means(interface(alpha, true))
+    }
+
+    /// What a coat with GGX width `alpha` lets in ([`super::coat`]): all that single scattering does not reflect. Of a smooth one (0) the means alone.
+    pub fn coat(alpha: f64) -> Self {
+        if alpha > 0.0 {
+            return Self::with_means(interface(alpha, false));
+        }
+        let mean = (0..ETA_NODES).map(|e| 1.0 - fresnel::average_dielectric(node_eta(e))).collect();
+        Self { missing: vec![0.0; ETA_NODES * MU_NODES], mean }
     }
 
     /// The table of a mirror (Fresnel reflectance 1) with GGX width `alpha`.
@@ -121,8 +128,14 @@ fn reflected_share(alpha: f64, wi: DVec3, m: DVec3) -> f64 {
     if wo.z > 0.0 { ggx::g2(alpha, wi, wo) / ggx::g1(alpha, wi) } else { 0.0 }
 }
 
-/// `1 - E` over all eta nodes around cosine node `j`: the facets are the same for all.
-fn dielectric_column(alpha: f64, j: usize) -> Vec<f64> {
+/// `1 - E`, `[eta][mu]`, of what single scattering reflects and, if `transmits`, refracts.
+fn interface(alpha: f64, transmits: bool) -> Vec<f64> {
+    let columns: Vec<Vec<f64>> = (0..MU_NODES).into_par_iter().map(|j| interface_column(alpha, transmits, j)).collect();
+    (0..ETA_NODES).flat_map(|e| columns.iter().map(move |c| c[e])).collect()
+}
+
+/// The same over all eta nodes around cosine node `j`: the facets are the same for all.
+fn interface_column(alpha: f64, transmits: bool, j: usize) -> Vec<f64> {
     let mut albedo = vec![0.0; ETA_NODES];
     mean_over_facets(alpha, j, |wi, m| {
         let inv_g1 = 1.0 / ggx::g1(alpha, wi);
@@ -131,7 +144,7 @@ fn dielectric_column(alpha: f64, j: usize) -> Vec<f64> {
             let eta = node_eta(e);
             let f = fresnel::dielectric(wi.dot(m), eta);
             *sum += f * reflected;
-            if let Some(wo) = fresnel::refract(wi, m, eta).filter(|wo| wo.z < 0.0) {
+            if transmits && let Some(wo) = fresnel::refract(wi, m, eta).filter(|wo| wo.z < 0.0) {
                 *sum += (1.0 - f) * ggx::g2(alpha, wi, wo) * inv_g1;
             }
         }

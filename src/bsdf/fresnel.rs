@@ -1,5 +1,6 @@
 //! Fresnel reflectance of unpolarised light at smooth interfaces.
 
+use super::film::Stack;
 use glam::{DVec3, dvec3};
 
 /// Reflectance of a dielectric interface for the cosine of incidence `cos_i` in [0, 1]; `eta` is the far index over the near one. Exactly 1
@@ -48,6 +49,33 @@ pub fn conductor(cos_i: f64, eta: f64, k: f64) -> f64 {
     0.5 * perpendicular * (1.0 + (t3 - t4) / (t3 + t4))
 }
 
+/// What is known of a metal at one wavelength.
+#[derive(Debug, Clone, Copy)]
+pub enum Metal {
+    /// Its index relative to the surroundings, `eta + i k`.
+    Index(f64, f64),
+    /// Its reflectance at normal incidence alone.
+    Reflectance(f64),
+    /// It lies under a film.
+    Filmed(Stack),
+}
+
+impl Metal {
+    /// Reflectance at this cosine of incidence: [`conductor`], [`Stack::reflectance`], or `f0 + (1 - f0) (1 - cos)^5` (Schlick 1994, eq. 15).
+    pub fn at(self, cos_i: f64) -> f64 {
+        match self {
+            Metal::Index(eta, k) => conductor(cos_i, eta, k),
+            Metal::Filmed(stack) => stack.reflectance(cos_i),
+            Metal::Reflectance(f0) => f0 + (1.0 - f0) * (1.0 - cos_i.clamp(0.0, 1.0)).powi(5),
+        }
+    }
+
+    /// `2 int_0^1 F(mu) mu dmu`.
+    pub fn average(self) -> f64 {
+        average(|mu| self.at(mu))
+    }
+}
+
 /// Reflectance of a pane with both its faces and all inner bounces: `2R / (1 + R)`.
 pub fn thin_pane(cos_i: f64, eta: f64) -> f64 {
     let r = dielectric(cos_i, eta);
@@ -62,11 +90,6 @@ pub fn average_dielectric(eta: f64) -> f64 {
         return 1.0 - eta * eta * (1.0 - average_dielectric(1.0 / eta));
     }
     average(|mu| dielectric(mu, eta))
-}
-
-/// `2 int_0^1 F(mu) mu dmu` for a metal.
-pub fn average_conductor(eta: f64, k: f64) -> f64 {
-    average(|mu| conductor(mu, eta, k))
 }
 
 /// `2 int_0^1 f(mu) mu dmu` by three-point Gauss-Legendre on 16 pieces, squeezed towards grazing incidence where Fresnel bends.

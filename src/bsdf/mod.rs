@@ -6,9 +6,11 @@
 //! on to, both pointing away from the surface. Densities called `eval_*` are those of scattered particles (flux) per unit solid angle of
 //! `wo`, the cosine of `wo` included; the radiance that a camera path carries through a refraction takes a further `(n_i / n_t)^2`.
 
+pub mod coat;
 pub mod conductor;
 pub mod dielectric;
 pub mod energy;
+pub mod film;
 pub mod fresnel;
 pub mod ggx;
 pub mod phase;

@@ -84,7 +84,10 @@ fn parts(scene: &Scene, material: &Material, nm: f64) -> [f64; 2] {
             let (w, a, b) = (weight.average(nm), parts(scene, &scene.materials[*a], nm), parts(scene, &scene.materials[*b], nm));
             std::array::from_fn(|i| w * a[i] + (1.0 - w) * b[i])
         }
-        Material::NormalMapped { base, .. } => parts(scene, &scene.materials[*base], nm),
+        Material::ColoredConductor { reflectance, .. } => [reflectance.average(nm), 1.0],
+        Material::NormalMapped { base, .. } | Material::Coated { base, .. } | Material::Graded { first: base, .. } => {
+            parts(scene, &scene.materials[*base], nm)
+        }
         Material::Boundary { .. } => [0.0, 0.0],
     }
 }

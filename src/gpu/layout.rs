@@ -72,7 +72,8 @@ shared_constants! {
     PRIMITIVE_INSTANCE = 4;
     /// Numbers of primitives that belong to one instance come in groups of so many.
     GRANULE = 1024;
-    /// Kinds of materials. `a`, `b`, `c`: reflectance row.
+    /// Kinds of materials. `c` of dielectrics, panes and conductors: rows of the index of a film on them and, from bit 16 on, of its thickness in
+    /// wavelengths, or 0. `a`: reflectance row.
     MATERIAL_KIND_DIFFUSE = 0;
     /// Needs its interior only.
     MATERIAL_KIND_SMOOTH_DIELECTRIC = 1;
@@ -80,9 +81,9 @@ shared_constants! {
     MATERIAL_KIND_ROUGH_DIELECTRIC = 2;
     /// `a`: row of the index.
     MATERIAL_KIND_THIN_DIELECTRIC = 3;
-    /// `a`, `b`: rows of eta and k.
+    /// `a`, `b`: rows of eta and k; or `a`, `texture`: the reflectance at normal incidence, and `b`: NO_INDEX.
     MATERIAL_KIND_SMOOTH_CONDUCTOR = 4;
-    /// `a`, `b`, `c`: rows of eta, k and the mean Fresnel reflectance; `alpha`, `table`.
+    /// Likewise, and `alpha`, `table`.
     MATERIAL_KIND_ROUGH_CONDUCTOR = 5;
     /// `a`: row of the first one's share; `b`, `c`: the two materials.
     MATERIAL_KIND_MIX = 6;
@@ -90,6 +91,10 @@ shared_constants! {
     MATERIAL_KIND_BOUNDARY = 7;
     /// `b`: the material; `texture`: normals.
     MATERIAL_KIND_NORMAL_MAPPED = 8;
+    /// `a`: row of the coat's index; `b`: the material under it; `alpha`, `table`.
+    MATERIAL_KIND_COATED = 9;
+    /// `a`, `texture`: roughness; `b`: the material of level 0; `c`: the first level and, from bit 16 on, the last.
+    MATERIAL_KIND_GRADED = 10;
     /// Kinds of lights. `p0`, `p1`, `p2`: vertices; `p0.w`: the picture that it shows, or NO_INDEX.
     LIGHT_KIND_TRIANGLE = 0;
     /// `p0`: centre; `p2.x`: radius.

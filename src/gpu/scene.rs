@@ -26,6 +26,8 @@ pub enum SpectrumRow {
     Ior(Ior),
     /// The coordinate of upsampled colours, (nm - 360) / 470.
     UpsamplingCoordinate,
+    /// A thickness in nm, over the wavelength.
+    Waves(f64),
 }
 
 impl SpectrumRow {
@@ -37,6 +39,7 @@ impl SpectrumRow {
             SpectrumRow::Spectrum(s) => s.eval(nm),
             SpectrumRow::Ior(n) => n.eval(nm),
             SpectrumRow::UpsamplingCoordinate => (nm - 360.0) / 470.0,
+            SpectrumRow::Waves(thickness) => thickness / nm,
         }
     }
 }
@@ -112,9 +115,12 @@ impl GpuScene {
         let bounds = bounds_of_all(&scene.shapes);
         let origin = if bounds.is_empty() { DVec3::ZERO } else { 0.5 * (bounds.min + bounds.max) };
         let interiors = interiors(scene, &mut rows);
-        let mut tables = Vec::new();
+        let mut tables = Tables::default();
         let mut textures = Textures::default();
-        let materials = materials(scene, &mut rows, &mut textures, &mut tables);
+        let mut materials = materials(scene, &mut rows, &mut textures, &mut tables);
+        for (&material, film) in &scene.films {
+            materials[material].c = film_rows(film, &mut rows)?;
+        }
         stage::enter(Stage::Lights);
         let lights = lights::build(scene, &mut rows, &mut textures, bounds, origin)?;
         stage::enter(Stage::Hierarchies);
@@ -137,7 +143,7 @@ impl GpuScene {
             ("interiors", gpu.table("volumes", &interiors)?),
             ("lights", gpu.table("lights", &records)?),
             ("light_tree", gpu.table("tree of lights", &lights.tree)?),
-            ("tables", gpu.storage("energy tables", &tables)?),
+            ("tables", gpu.storage("energy tables", &tables.entries)?),
             ("targets", gpu.table("targets of light paths", &targets)?),
             ("environment", gpu.table("environment picture", &lights.environment)?),
             ("textures", gpu.table("textures", &textures)?),
@@ -161,6 +167,14 @@ impl GpuScene {
     }
 }
 
+fn film_rows(film: &scene::Film, rows: &mut Rows) -> Result<u32> {
+    let [index, waves] = [SpectrumRow::Ior(film.ior.clone()), SpectrumRow::Waves(film.thickness_nm)].map(|row| rows.add(row));
+    if index.max(waves) > 0xffff {
+        return Err(Error::usage("the scene has too many spectra for its thin films", "share materials between shapes"));
+    }
+    Ok(index | waves << 16)
+}
+
 fn interiors(scene: &Scene, rows: &mut Rows) -> Vec<Interior> {
     let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
     let mut coefficient = |s: &Spectrum| if s.is_zero() { NO_INDEX } else { rows.spectrum(s) };
@@ -182,21 +196,36 @@ fn interiors(scene: &Scene, rows: &mut Rows) -> Vec<Interior> {
         .collect()
 }
 
-/// Appends the energy table of `alpha`, once; returns its first entry.
-fn energy_table(alpha: f64, dielectric: bool, made: &mut Vec<(u64, bool, u32)>, tables: &mut Vec<f32>) -> u32 {
-    let key = (alpha.to_bits(), dielectric);
-    if let Some(m) = made.iter().find(|m| (m.0, m.1) == key) {
-        return m.2;
-    }
-    let table = if dielectric { EnergyTable::dielectric(alpha) } else { EnergyTable::conductor(alpha) };
-    let at = tables.len() as u32;
-    tables.extend(table.missing.iter().chain(&table.mean).map(|&x| x as f32));
-    made.push((key.0, key.1, at));
-    at
+fn interior_index(interior: Option<usize>) -> u32 {
+    interior.map_or(NO_INDEX, |i| i as u32)
 }
 
-fn materials(scene: &Scene, rows: &mut Rows, textures: &mut Textures, tables: &mut Vec<f32>) -> Vec<Material> {
-    let mut made = Vec::new();
+/// Energy tables one after another.
+#[derive(Default)]
+struct Tables {
+    entries: Vec<f32>,
+    /// Who made it, of which width, and its first entry.
+    made: Vec<(MakeTable, f64, u32)>,
+}
+
+/// Of a GGX width.
+type MakeTable = fn(f64) -> EnergyTable;
+
+impl Tables {
+    /// The first entry of the table that `make` makes of `alpha`, once.
+    fn add(&mut self, make: MakeTable, alpha: f64) -> u32 {
+        if let Some((.., at)) = self.made.iter().find(|(m, a, _)| std::ptr::fn_addr_eq(*m, make) && *a == alpha) {
+            return *at;
+        }
+        let at = self.entries.len() as u32;
+        let table = make(alpha);
+        self.entries.extend(table.missing.iter().chain(&table.mean).map(|&x| x as f32));
+        self.made.push((make, alpha, at));
+        at
+    }
+}
+
+fn materials(scene: &Scene, rows: &mut Rows, textures: &mut Textures, tables: &mut Tables) -> Vec<Material> {
     let none = Material { interior: NO_INDEX, texture: NO_INDEX, ..Default::default() };
     scene
         .materials
@@ -213,7 +242,7 @@ fn materials(scene: &Scene, rows: &mut Rows, textures: &mut Textures, tables: &m
                 kind: layout::MATERIAL_KIND_ROUGH_DIELECTRIC,
                 interior: *interior as u32,
                 alpha: *alpha as f32,
-                table: energy_table(*alpha, true, &mut made, tables),
+                table: tables.add(EnergyTable::dielectric, *alpha),
                 ..none
             },
             scene::Material::ThinDielectric { ior } => {
@@ -229,20 +258,46 @@ fn materials(scene: &Scene, rows: &mut Rows, textures: &mut Textures, tables: &m
                     a,
                     b,
                     alpha: *alpha as f32,
-                    table: energy_table(*alpha, false, &mut made, tables),
+                    table: tables.add(EnergyTable::conductor, *alpha),
                     ..none
                 }
             }
+            scene::Material::ColoredConductor { reflectance, alpha } => {
+                let (a, texture) = textures.add(reflectance, rows);
+                let metal = Material { a, texture, b: NO_INDEX, alpha: *alpha as f32, ..none };
+                if *alpha == 0.0 {
+                    return Material { kind: layout::MATERIAL_KIND_SMOOTH_CONDUCTOR, ..metal };
+                }
+                let table = tables.add(EnergyTable::conductor, *alpha);
+                Material { kind: layout::MATERIAL_KIND_ROUGH_CONDUCTOR, table, ..metal }
+            }
+            scene::Material::Graded { first, levels, roughness } => {
+                let (a, texture) = textures.add(roughness, rows);
+                // Level 0 need not be there: the index wraps around, and back.
+                let b = (*first as u32).wrapping_sub(levels.start as u32);
+                let c = levels.start as u32 | (levels.end as u32 - 1) << 16;
+                let interior = interior_index(scene.interior_of(*first));
+                Material { kind: layout::MATERIAL_KIND_GRADED, interior, a, b, c, texture, ..none }
+            }
+            scene::Material::Coated { base, ior, alpha } => Material {
+                kind: layout::MATERIAL_KIND_COATED,
+                a: rows.add(SpectrumRow::Ior(ior.clone())),
+                b: *base as u32,
+                alpha: *alpha as f32,
+                table: tables.add(EnergyTable::coat, *alpha),
+                ..none
+            },
             scene::Material::Mix { a, b, weight } => {
                 let (b, c, (a, texture)) = (*a as u32, *b as u32, textures.add(weight, rows));
                 Material { kind: layout::MATERIAL_KIND_MIX, a, b, c, texture, ..none }
             }
             scene::Material::NormalMapped { base, normals } => {
                 let (_, texture) = textures.add(&scene::Texture::Image(normals.clone()), rows);
-                Material { kind: layout::MATERIAL_KIND_NORMAL_MAPPED, b: *base as u32, texture, ..none }
+                let interior = interior_index(scene.interior_of(*base));
+                Material { kind: layout::MATERIAL_KIND_NORMAL_MAPPED, interior, b: *base as u32, texture, ..none }
             }
             scene::Material::Boundary { interior } => {
-                Material { kind: layout::MATERIAL_KIND_BOUNDARY, interior: interior.map_or(NO_INDEX, |i| i as u32), ..none }
+                Material { kind: layout::MATERIAL_KIND_BOUNDARY, interior: interior_index(*interior), ..none }
             }
         })
         .collect()

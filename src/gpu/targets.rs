@@ -36,8 +36,12 @@ fn around(b: Bounds) -> (DVec3, f64) {
 
 fn bends(scene: &Scene, material: usize) -> bool {
     match &scene.materials[material] {
-        Material::Dielectric { .. } | Material::Conductor { .. } | Material::ThinDielectric { .. } => true,
-        Material::NormalMapped { base, .. } => bends(scene, *base),
+        Material::Dielectric { .. } | Material::ThinDielectric { .. } => true,
+        Material::Conductor { .. } | Material::ColoredConductor { .. } => true,
+        // A coat bends but little of the light that meets it.
+        Material::NormalMapped { base, .. } | Material::Coated { base, .. } | Material::Graded { first: base, .. } => {
+            bends(scene, *base)
+        }
         Material::Mix { a, b, .. } => bends(scene, *a) || bends(scene, *b),
         Material::Diffuse { .. } | Material::Boundary { .. } => false,
     }

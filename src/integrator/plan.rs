@@ -60,8 +60,13 @@ impl Plan {
         let smooth_dielectric = any(&|m| matches!(m, Material::Dielectric { alpha, .. } if *alpha == 0.0));
         let rough_dielectric = any(&|m| matches!(m, Material::Dielectric { alpha, .. } if *alpha > 0.0));
         let thin = any(&|m| matches!(m, Material::ThinDielectric { .. }));
-        let smooth_conductor = any(&|m| matches!(m, Material::Conductor { alpha, .. } if *alpha == 0.0));
-        let rough_conductor = any(&|m| matches!(m, Material::Conductor { alpha, .. } if *alpha > 0.0));
+        let smooth_conductor =
+            any(&|m| matches!(m, Material::Conductor { alpha, .. } | Material::ColoredConductor { alpha, .. } if *alpha == 0.0));
+        let rough_conductor =
+            any(&|m| matches!(m, Material::Conductor { alpha, .. } | Material::ColoredConductor { alpha, .. } if *alpha > 0.0));
+        let smooth_coat = any(&|m| matches!(m, Material::Coated { alpha, .. } if *alpha == 0.0));
+        let rough_coat = any(&|m| matches!(m, Material::Coated { alpha, .. } if *alpha > 0.0));
+        let coat = smooth_coat || rough_coat;
         let boundary = any(&|m| matches!(m, Material::Boundary { .. }));
         let dielectric = smooth_dielectric || rough_dielectric;
         let inner = volumes(scene, &used);
@@ -81,14 +86,18 @@ impl Plan {
         let image = light(&|l| matches!(l, Light::Image(_)));
         let lights = area || !scene.lights.is_empty();
         let conductor = smooth_conductor || rough_conductor;
-        // A metal's reflectance depends on what it lies in.
+        // The reflectance of a metal or coat depends on what it lies in.
         let in_vacuum = scene.interiors[0].ior == Ior::constant(1.0);
-        let interiors = dielectric || !inner.is_empty() || scattering || absorbing || (conductor && !in_vacuum);
+        let interiors = dielectric || !inner.is_empty() || scattering || absorbing || ((conductor || coat) && !in_vacuum);
         let textured_lights = scene.shapes.iter().any(|s| s.emission.as_ref().is_some_and(|e| e.radiance.image().is_some()));
         let textured = any(&|m| match m {
-            Material::Diffuse { reflectance: texture } | Material::Mix { weight: texture, .. } => texture.image().is_some(),
+            Material::Diffuse { reflectance: texture }
+            | Material::ColoredConductor { reflectance: texture, .. }
+            | Material::Mix { weight: texture, .. } => texture.image().is_some(),
+            Material::Graded { .. } => true,
             _ => false,
         });
+        let graded = any(&|m| matches!(m, Material::Graded { .. }));
         let normal_maps = any(&|m| matches!(m, Material::NormalMapped { .. }));
         let lanes = super::Wavelengths::lanes(scene.film.bins.count);
         let features = BTreeMap::from([
@@ -110,13 +119,20 @@ impl Plan {
             ("CONDUCTOR", conductor),
             ("SMOOTH_CONDUCTOR", smooth_conductor),
             ("ROUGH_CONDUCTOR", rough_conductor),
-            ("ROUGH", rough_dielectric || rough_conductor),
-            ("FRESNEL", dielectric || thin || conductor),
+            ("COAT", coat),
+            ("SMOOTH_COAT", smooth_coat),
+            ("ROUGH_COAT", rough_coat),
+            ("GLOSSY", rough_conductor || rough_coat),
+            ("ROUGH", rough_dielectric || rough_conductor || coat),
+            ("FRESNEL", dielectric || thin || conductor || coat),
             ("TEXTURES", textured || textured_lights || normal_maps),
             ("NORMAL_MAPS", normal_maps),
             ("LIGHT_TEXTURES", textured_lights),
+            ("FILM", used.iter().any(|m| scene.films.contains_key(m))),
+            ("COLORED_CONDUCTOR", any(&|m| matches!(m, Material::ColoredConductor { .. }))),
+            ("GRADED", graded),
             ("MIX", any(&|m| matches!(m, Material::Mix { .. }))),
-            ("COMPOSITE", any(&|m| matches!(m, Material::Mix { .. } | Material::NormalMapped { .. }))),
+            ("COMPOSITE", coat || graded || any(&|m| matches!(m, Material::Mix { .. } | Material::NormalMapped { .. }))),
             ("BOUNDARY", boundary),
             ("DISPERSION", dispersion),
             ("INTERIORS", interiors),
@@ -146,9 +162,9 @@ impl Plan {
             ("MANY_BINS", lanes != scene.film.bins.count),
         ]);
         let camera = matches!(scene.sensor, Sensor::Perspective { .. } | Sensor::Orthographic { .. });
-        let bends = dielectric || conductor || thin;
+        let bends = dielectric || conductor || thin || coat;
         let gathers = diffuse || scattering;
-        let scatters = gathers || rough_dielectric || rough_conductor;
+        let scatters = gathers || rough_dielectric || rough_conductor || rough_coat;
         // Fog in the light of spots and beams is lit where few camera paths are.
         let shafts = scattering && light(&|l| matches!(l, Light::Spot { .. } | Light::Beam { .. }));
         let caustics = lights && (bends || shafts) && (scatters || !camera);
@@ -178,6 +194,7 @@ impl Plan {
                 ("LIT_SENSOR", base["LIGHT_SAMPLES"] && !camera && !light_paths),
                 ("CONNECT", connects),
                 ("LANE_CHOICE", scattering || rough_dielectric || (light_paths && dispersion)),
+                ("GATHERS_PAINT", light_paths && base["GATHERED"] && diffuse),
                 ("ADJOINT_NORMALS", light_paths && (base["SMOOTH_NORMALS"] || base["NORMAL_MAPS"])),
             ]);
             f
@@ -234,9 +251,10 @@ impl Plan {
     pub fn constants(&self) -> String {
         use super::guide::{AXES, BLOCKS, ROOT};
         use crate::bsdf::energy::{ETA_MAX, ETA_NODES, MIN_MEAN, MU_NODES};
+        use crate::scene::roughness::STEPS;
         format!(
             "const GUIDE_AXES = {AXES}u;\nconst GUIDE_BLOCKS = {BLOCKS}u;\nconst GUIDE_ROOT = {ROOT}u;\nconst LANES = {}u;\nconst LANES4 = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\n\
-             const ENERGY_ETA_MAX = {ETA_MAX:?};\nconst ENERGY_MIN_MEAN = {MIN_MEAN:?};\n",
+             const ENERGY_ETA_MAX = {ETA_MAX:?};\nconst ENERGY_MIN_MEAN = {MIN_MEAN:?};\nconst ROUGHNESS_STEPS = {STEPS}u;\n",
             self.lanes,
             self.lanes.div_ceil(4),
             self.bins
@@ -254,7 +272,8 @@ fn used_materials(scene: &Scene) -> Vec<usize> {
             used.push(m);
             match scene.materials[m] {
                 Material::Mix { a, b, .. } => todo.extend([a, b]),
-                Material::NormalMapped { base, .. } => todo.push(base),
+                Material::NormalMapped { base, .. } | Material::Coated { base, .. } => todo.push(base),
+                Material::Graded { first, ref levels, .. } => todo.extend(first..first + levels.len()),
                 _ => {}
             }
         }
@@ -262,21 +281,13 @@ fn used_materials(scene: &Scene) -> Vec<usize> {
     used
 }
 
-fn interior(material: &Material) -> Option<usize> {
-    match material {
-        Material::Dielectric { interior, .. } => Some(*interior),
-        Material::Boundary { interior } => *interior,
-        _ => None,
-    }
-}
-
 fn volumes(scene: &Scene, used: &[usize]) -> Vec<usize> {
-    used.iter().filter_map(|&m| interior(&scene.materials[m])).collect()
+    used.iter().filter_map(|&m| scene.interior_of(m)).collect()
 }
 
 /// True if the boxes of two volumes overlap, so that a surface may not be there because another volume rules.
 fn volumes_overlap(scene: &Scene) -> bool {
-    let is_volume = |s: &&Shape| interior(&scene.materials[s.material]).is_some();
+    let is_volume = |s: &&Shape| scene.interior_of(s.material).is_some();
     some_meet(scene.shapes.iter().filter(is_volume).map(|s| (true, bounds(&s.geometry))).collect())
 }
 
@@ -285,7 +296,7 @@ fn volumes_touch(scene: &Scene) -> bool {
     let boxes = scene.shapes.iter().map(|s| {
         let b = bounds(&s.geometry);
         let slack = DVec3::splat(1e-5 * b.min.abs().max(b.max.abs()).max_element());
-        (interior(&scene.materials[s.material]).is_some(), Bounds { min: b.min - slack, max: b.max + slack })
+        (scene.interior_of(s.material).is_some(), Bounds { min: b.min - slack, max: b.max + slack })
     });
     some_meet(boxes.collect())
 }
@@ -367,6 +378,9 @@ impl fmt::Display for Plan {
                     ("THIN_DIELECTRIC", "thin panes"),
                     ("SMOOTH_CONDUCTOR", "mirrors"),
                     ("ROUGH_CONDUCTOR", "rough metal"),
+                    ("COAT", "clear coats"),
+                    ("FILM", "thin films"),
+                    ("GRADED", "roughness that varies"),
                     ("MIX", "mixtures"),
                     ("TEXTURES", "textures"),
                     ("NORMAL_MAPS", "normal maps"),

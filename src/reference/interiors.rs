@@ -20,7 +20,7 @@ pub fn initial_interiors(scene: &Scene, points: &[DVec3]) -> Vec<Vec<usize>> {
     }
     // Only volumes that may be met: a scene can have many millions of triangles, and so can its instances.
     let may_be_met = |shape: &&Shape| {
-        interior_of(&scene.materials[shape.material]).is_some() && {
+        scene.interior_of(shape.material).is_some() && {
             let b = bounds(&shape.geometry);
             points.iter().any(|&p| passes(&b, p))
         }
@@ -52,7 +52,7 @@ pub(super) fn interiors_at(scene: &Scene, world: &World, mut ray: Ray, met: Vec<
             let hits = world.intersect(&ray);
             let Some(first) = hits.first() else { break };
             for hit in &hits {
-                if let Some(interior) = interior_of(&scene.materials[scene.shapes[hit.shape].material]) {
+                if let Some(interior) = scene.interior_of(scene.shapes[hit.shape].material) {
                     tally((interior, ray.dir.dot(hit.ng) < 0.0));
                 }
             }

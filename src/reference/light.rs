@@ -1,7 +1,7 @@
 //! Lights: where light starts (forward), and what arrives from infinity (backward).
 
 use super::Stage;
-use super::interiors::{interior_of, interiors_at, up};
+use super::interiors::{interiors_at, up};
 use super::intersect::Ray;
 use super::rng::Rng;
 use super::sensor::on_surface;
@@ -164,7 +164,7 @@ impl Stage {
         let lanes = lanes(&|nm| sides * PI * area * emission.radiance.eval(nm, uv));
         let on = vec![self.world.first_prim(shape) + triangle as u32];
         // If the way up leads through the light's own surface, that crossing is known; it is not to be found again.
-        let own = interior_of(&scene.materials[scene.shapes[shape].material]);
+        let own = scene.interior_of(scene.shapes[shape].material);
         let through = n.dot(up()) < 0.0;
         let met = own.filter(|_| through).map(|interior| (interior, outward.dot(up()) < 0.0));
         let t_min = on_surface(p, self.world.extent);

@@ -3,10 +3,13 @@
 use super::intersect::Hit;
 use super::rng::Rng;
 use super::walk::Lane;
+use crate::bsdf::coat::Coat;
 use crate::bsdf::conductor::RoughConductor;
 use crate::bsdf::dielectric::RoughDielectric;
 use crate::bsdf::energy::EnergyTable;
-use crate::bsdf::{fresnel, sample_cosine};
+use crate::bsdf::film::Stack;
+use crate::bsdf::fresnel::{self, Metal};
+use crate::bsdf::sample_cosine;
 use crate::scene::{Material, Scene};
 use glam::{DMat3, DVec2, DVec3, dvec3};
 use std::f64::consts::PI;
@@ -24,12 +27,12 @@ pub(super) enum Transport {
 pub(super) enum Bsdf<'a> {
     /// Reflectance.
     Diffuse(Vec<f64>),
-    /// Relative complex index.
-    Conductor { index: Vec<(f64, f64)>, alpha: f64, energy: Option<&'a EnergyTable> },
-    /// Far index over near index.
-    Dielectric { eta: Vec<f64>, alpha: f64, energy: Option<&'a EnergyTable> },
-    /// Relative index of the pane.
-    Thin(Vec<f64>),
+    /// Metal.
+    Conductor { metal: Vec<Metal>, alpha: f64, energy: Option<&'a EnergyTable> },
+    /// Far index over near index, and the film between, if there is one.
+    Dielectric { eta: Vec<f64>, film: Vec<Stack>, alpha: f64, energy: Option<&'a EnergyTable> },
+    /// Relative index of the pane, or if it is a film, that.
+    Thin(Vec<f64>, Vec<Stack>),
 }
 
 /// Light that leaves a surface together.
@@ -42,6 +45,8 @@ pub(super) struct Outgoing {
 /// A surface point with its material, as seen by a path that came from `wi`.
 pub(super) struct Surface<'a> {
     pub bsdf: Bsdf<'a>,
+    /// What lies on it, for each wavelength, or nothing.
+    coat: Vec<Coat<'a>>,
     /// To the world; the third column is the shading normal on the side of `wi`.
     frame: DMat3,
     /// Geometric normal on the side of `wi`.
@@ -52,11 +57,11 @@ pub(super) struct Surface<'a> {
 
 impl<'a> Surface<'a> {
     /// `None` where the shading normal contradicts the geometry: such light is absorbed.
-    pub(super) fn new(bsdf: Bsdf<'a>, hit: &Hit, wi: DVec3, transport: Transport) -> Option<Self> {
+    pub(super) fn new(bsdf: Bsdf<'a>, coat: Vec<Coat<'a>>, hit: &Hit, wi: DVec3, transport: Transport) -> Option<Self> {
         let side = if wi.dot(hit.ng) < 0.0 { -1.0 } else { 1.0 };
         let (ng, ns) = (hit.ng * side, hit.ns * side);
         let (x, y) = ns.any_orthonormal_pair();
-        (wi.dot(ns) > 0.0).then_some(Self { bsdf, frame: DMat3::from_cols(x, y, ns), ng, wi, transport })
+        (wi.dot(ns) > 0.0).then_some(Self { bsdf, coat, frame: DMat3::from_cols(x, y, ns), ng, wi, transport })
     }
 
     /// Which side of the geometry `wo` goes to, as a factor: 0 where the shading normal says otherwise, else 1 or for flux Veach's correction.
@@ -81,17 +86,28 @@ impl<'a> Surface<'a> {
     pub(super) fn eval(&self, wo: DVec3, lane: usize) -> f64 {
         let (wi, local) = (self.local(self.wi), self.local(wo));
         let g = match &self.bsdf {
-            Bsdf::Diffuse(rho) => rho[lane] * local.z.max(0.0) / PI,
-            Bsdf::Conductor { index, alpha, energy: Some(energy) } => {
-                let (eta, k) = index[lane];
-                RoughConductor { alpha: *alpha, energy }.eval(wi, local, eta, k)
+            Bsdf::Diffuse(rho) => self.paint(rho[lane], lane, wi, local) * local.z.max(0.0) / PI,
+            Bsdf::Conductor { metal, alpha, energy: Some(energy) } => {
+                let facets = RoughConductor { alpha: *alpha, energy };
+                facets.eval(wi, local, |lobe| self.mirror(facets.reflectance(lobe, metal[lane]), lane, wi, local))
             }
-            Bsdf::Dielectric { eta, alpha, energy: Some(energy) } => {
+            Bsdf::Dielectric { eta, alpha, energy: Some(energy), .. } => {
                 RoughDielectric { alpha: *alpha, eta: eta[lane], energy }.eval(wi, local)
             }
             _ => 0.0,
         };
-        g * self.correction(wo)
+        let own = self.coat.get(lane).map_or(0.0, |coat| coat.eval(wi, local));
+        (own + g) * self.correction(wo)
+    }
+
+    /// The reflectance of paint, through the coat if there is one.
+    fn paint(&self, rho: f64, lane: usize, wi: DVec3, wo: DVec3) -> f64 {
+        self.coat.get(lane).map_or(rho, |coat| coat.over_diffuse(rho, wi.z, wo.z))
+    }
+
+    /// The reflectance of a mirror or facet, likewise.
+    fn mirror(&self, r: f64, lane: usize, wi: DVec3, wo: DVec3) -> f64 {
+        self.coat.get(lane).map_or(r, |coat| coat.over_mirror(r, wi.z, wo.z))
     }
 
     fn local(&self, w: DVec3) -> DVec3 {
@@ -118,24 +134,36 @@ impl<'a> Surface<'a> {
     }
 
     fn sample_local(&self, wi: DVec3, lanes: &[Lane], rng: &mut Rng) -> Vec<Outgoing> {
+        let reflected: Vec<f64> = self.coat.iter().map(|coat| 1.0 - coat.transmittance(wi.z)).collect();
+        // Probability of the coat's own reflection; the samples of what is under it weigh the more.
+        let of_coat = if reflected.is_empty() { 0.0 } else { mean(&reflected) };
         let one = |wo, transmitted, weight: &dyn Fn(usize) -> f64| {
-            let lanes = lanes.iter().enumerate().map(|(i, l)| l.times(weight(i))).collect();
+            let lanes = lanes.iter().enumerate().map(|(i, l)| l.times(weight(i) / (1.0 - of_coat))).collect();
             vec![Outgoing { wo, lanes, transmitted }]
         };
+        if of_coat > 0.0 && rng.next() < of_coat {
+            let Some((wo, weight, cos)) = self.coat[0].sample(wi, rng.next2()) else { return vec![] };
+            let share = |coat: &Coat| weight * fresnel::dielectric(cos, coat.eta) / of_coat;
+            let lanes = lanes.iter().zip(&self.coat).map(|(l, coat)| l.times(share(coat))).collect();
+            return vec![Outgoing { wo, lanes, transmitted: false }];
+        }
         match &self.bsdf {
-            Bsdf::Diffuse(rho) => one(sample_cosine(rng.next2()), false, &|i| rho[i]),
-            Bsdf::Conductor { index, energy: None, .. } => {
-                one(fresnel::reflect(wi, DVec3::Z), false, &|i| fresnel::conductor(wi.z, index[i].0, index[i].1))
+            Bsdf::Diffuse(rho) => {
+                let wo = sample_cosine(rng.next2());
+                one(wo, false, &|i| self.paint(rho[i], i, wi, wo))
             }
-            Bsdf::Conductor { index, alpha, energy: Some(energy) } => {
-                let metal = RoughConductor { alpha: *alpha, energy };
+            Bsdf::Conductor { metal, energy: None, .. } => {
+                let wo = fresnel::reflect(wi, DVec3::Z);
+                one(wo, false, &|i| self.mirror(metal[i].at(wi.z), i, wi, wo))
+            }
+            Bsdf::Conductor { metal, alpha, energy: Some(energy) } => {
+                let facets = RoughConductor { alpha: *alpha, energy };
                 let [u0, u1] = rng.next2();
-                metal
-                    .sample(wi, [u0, u1, rng.next()])
-                    .map_or(vec![], |s| one(s.wo, false, &|i| s.weight * metal.reflectance(s.lobe, index[i].0, index[i].1)))
+                let Some(s) = facets.sample(wi, [u0, u1, rng.next()]) else { return vec![] };
+                one(s.wo, false, &|i| s.weight * self.mirror(facets.reflectance(s.lobe, metal[i]), i, wi, s.wo))
             }
-            Bsdf::Thin(eta) => {
-                let r: Vec<f64> = eta.iter().map(|&n| fresnel::thin_pane(wi.z, n)).collect();
+            Bsdf::Thin(eta, film) => {
+                let r: Vec<f64> = reflectances(film, eta, wi.z, fresnel::thin_pane);
                 let q = mean(&r);
                 if rng.next() < q {
                     one(fresnel::reflect(wi, DVec3::Z), false, &|i| r[i] / q)
@@ -143,8 +171,8 @@ impl<'a> Surface<'a> {
                     one(-wi, true, &|i| (1.0 - r[i]) / (1.0 - q))
                 }
             }
-            Bsdf::Dielectric { eta, energy: None, .. } => {
-                let f: Vec<f64> = eta.iter().map(|&n| fresnel::dielectric(wi.z, n)).collect();
+            Bsdf::Dielectric { eta, film, energy: None, .. } => {
+                let f: Vec<f64> = reflectances(film, eta, wi.z, fresnel::dielectric);
                 let q = mean(&f);
                 if rng.next() < q {
                     return one(fresnel::reflect(wi, DVec3::Z), false, &|i| f[i] / q);
@@ -160,7 +188,7 @@ impl<'a> Surface<'a> {
                 });
                 parted.collect()
             }
-            Bsdf::Dielectric { eta, alpha, energy: Some(energy) } => {
+            Bsdf::Dielectric { eta, alpha, energy: Some(energy), .. } => {
                 let mut scatter = |eta: f64| {
                     let [u0, u1] = rng.next2();
                     let [u2, u3] = rng.next2();
@@ -179,19 +207,30 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// How much of a straight ray passes a surface unscattered, per wavelength; dielectrics are not asked here.
-pub(super) fn straight_share(scene: &Scene, material: &Material, cos: f64, uv: DVec2, nm: f64) -> f64 {
-    match material {
+/// How much of a straight ray passes a surface of material number `index` unscattered, per wavelength; dielectrics are not asked here.
+pub(super) fn straight_share(scene: &Scene, index: usize, cos: f64, uv: DVec2, nm: f64) -> f64 {
+    match &scene.materials[index] {
         Material::Boundary { .. } => 1.0,
-        Material::ThinDielectric { ior } => 1.0 - fresnel::thin_pane(cos, ior.eval(nm)),
-        Material::NormalMapped { base, .. } => straight_share(scene, &scene.materials[*base], cos, uv, nm),
+        Material::ThinDielectric { ior } => match scene.films.get(&index) {
+            Some(film) => 1.0 - film.between(1.0, (1.0, 0.0), nm).reflectance(cos),
+            None => 1.0 - fresnel::thin_pane(cos, ior.eval(nm)),
+        },
+        Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => straight_share(scene, *base, cos, uv, nm),
         Material::Mix { a, b, weight } => {
             let w = weight.eval(nm, uv);
-            let of = |m: usize| straight_share(scene, &scene.materials[m], cos, uv, nm);
-            w * of(*a) + (1.0 - w) * of(*b)
+            w * straight_share(scene, *a, cos, uv, nm) + (1.0 - w) * straight_share(scene, *b, cos, uv, nm)
         }
-        Material::Diffuse { .. } | Material::Dielectric { .. } | Material::Conductor { .. } => 0.0,
+        Material::Diffuse { .. }
+        | Material::Dielectric { .. }
+        | Material::Conductor { .. }
+        | Material::ColoredConductor { .. }
+        | Material::Coated { .. } => 0.0,
     }
+}
+
+/// Those of a film, if there is one, else of what lies bare.
+fn reflectances(film: &[Stack], eta: &[f64], cos: f64, bare: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    if film.is_empty() { eta.iter().map(|&n| bare(cos, n)).collect() } else { film.iter().map(|s| s.reflectance(cos)).collect() }
 }
 
 fn mean(values: &[f64]) -> f64 {

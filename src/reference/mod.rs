@@ -69,6 +69,7 @@ struct Energy {
     alpha: f64,
     dielectric: EnergyTable,
     conductor: EnergyTable,
+    coat: EnergyTable,
 }
 
 impl ReferenceIntegrator {
@@ -88,12 +89,15 @@ impl ReferenceIntegrator {
         let ball = world.ball_around(&sensor::corners(&scene.sensor));
         let mut energy: Vec<Energy> = Vec::new();
         for material in &scene.materials {
-            if let Material::Dielectric { alpha, .. } | Material::Conductor { alpha, .. } = *material
+            if let Material::Dielectric { alpha, .. }
+            | Material::Conductor { alpha, .. }
+            | Material::ColoredConductor { alpha, .. }
+            | Material::Coated { alpha, .. } = *material
                 && alpha > 0.0
                 && energy.iter().all(|e| e.alpha != alpha)
             {
                 let (dielectric, conductor) = (EnergyTable::dielectric(alpha), EnergyTable::conductor(alpha));
-                energy.push(Energy { alpha, dielectric, conductor });
+                energy.push(Energy { alpha, dielectric, conductor, coat: EnergyTable::coat(alpha) });
             }
         }
         let interiors_at_eye = match scene.sensor {

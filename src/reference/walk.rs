@@ -7,9 +7,13 @@ use super::intersect::{Hit, Ray};
 use super::material::{Bsdf, Surface, Transport, straight_share};
 use super::medium::Medium;
 use super::rng::Rng;
+use crate::bsdf::coat::Coat;
+use crate::bsdf::fresnel::Metal;
 use crate::bsdf::phase;
 use crate::render::BatchStats;
-use crate::scene::{Geometry, Material};
+use crate::scene::roughness::level_at;
+use crate::scene::{Film, Geometry, Material};
+use crate::spectrum::Ior;
 use glam::DVec3;
 
 /// Scattering events after which paths play Russian roulette.
@@ -85,6 +89,18 @@ pub(super) struct Vertex<'a> {
     pub inside: &'a [usize],
     pub beyond: &'a [usize],
 }
+
+/// A surface that a path meets, mixtures decided.
+struct Met<'a> {
+    hit: Hit,
+    material: &'a Material,
+    /// Index and GGX width of the coat on it.
+    coat: Option<(&'a Ior, f64)>,
+    film: Option<&'a Film>,
+}
+
+/// What scatters light there: where, how, and through which coat, if any.
+type Scatterer<'a> = (Hit, Bsdf<'a>, Vec<Coat<'a>>);
 
 pub(super) enum Scattering<'a> {
     Surface(&'a Surface<'a>),
@@ -164,7 +180,7 @@ impl Stage {
             seen.arrived(&path, &hits);
             let on: Vec<u32> = hits.iter().map(|h| h.prim).collect();
             let (beyond, met) = self.meet(&mut path, &hits, rng);
-            let Some((hit, bsdf)) = met else {
+            let Some((hit, bsdf, coat)) = met else {
                 path.straight += 1;
                 if path.straight > MAX_STRAIGHT {
                     stats.truncated += 1;
@@ -174,7 +190,7 @@ impl Stage {
                 path.inside = beyond;
                 continue;
             };
-            let Some(surface) = Surface::new(bsdf, &hit, -path.ray.dir, transport) else { return };
+            let Some(surface) = Surface::new(bsdf, coat, &hit, -path.ray.dir, transport) else { return };
             if !self.may_scatter(&path, stats) {
                 return;
             }
@@ -203,52 +219,92 @@ impl Stage {
 
     /// What the path meets at `hits`: the interiors beyond, and the scattering surface unless it goes straight through. Mixes are decided by
     /// chance; of surfaces that coincide an opaque one counts before dielectrics.
-    fn meet<'a>(&'a self, path: &mut Path, hits: &[Hit], rng: &mut Rng) -> (Vec<usize>, Option<(Hit, Bsdf<'a>)>) {
-        let met: Vec<(Hit, &Material)> = hits.iter().map(|h| self.choose(*h, path, rng)).collect();
+    fn meet<'a>(&'a self, path: &mut Path, hits: &[Hit], rng: &mut Rng) -> (Vec<usize>, Option<Scatterer<'a>>) {
+        let met: Vec<Met> = hits.iter().map(|h| self.choose(*h, path, rng)).collect();
         let values = |f: &dyn Fn(f64) -> f64| path.lanes.iter().map(|l| f(l.nm)).collect::<Vec<f64>>();
         let outside = values(&|nm| self.scene.interiors[ruling(&self.scene, &path.inside)].ior.eval(nm));
-        for &(hit, material) in &met {
+        for &Met { hit, material, coat, film } in &met {
             let bsdf = match material {
                 Material::Diffuse { reflectance } => Bsdf::Diffuse(values(&|nm| reflectance.eval(nm, hit.uv))),
-                Material::ThinDielectric { ior } => Bsdf::Thin(values(&|nm| ior.eval(nm))),
+                Material::ThinDielectric { ior } => {
+                    let stacks = film.map_or(vec![], |film| {
+                        let around = |(l, &n): (&Lane, &f64)| film.between(n, (n, 0.0), l.nm);
+                        path.lanes.iter().zip(&outside).map(around).collect()
+                    });
+                    Bsdf::Thin(values(&|nm| ior.eval(nm)), stacks)
+                }
                 Material::Conductor { eta, k, alpha } => {
-                    let index = path.lanes.iter().zip(&outside).map(|(l, n)| (eta.eval(l.nm) / n, k.eval(l.nm) / n)).collect();
-                    Bsdf::Conductor { index, alpha: *alpha, energy: self.energy(*alpha).map(|e| &e.conductor) }
+                    let around = coat.map_or(outside.clone(), |(ior, _)| values(&|nm| ior.eval(nm)));
+                    let of = |(l, n): (&Lane, &f64)| match film {
+                        Some(film) => Metal::Filmed(film.between(*n, (eta.eval(l.nm), k.eval(l.nm)), l.nm)),
+                        None => Metal::Index(eta.eval(l.nm) / n, k.eval(l.nm) / n),
+                    };
+                    self.metal(path.lanes.iter().zip(&around).map(of).collect(), *alpha)
+                }
+                Material::ColoredConductor { reflectance, alpha } => {
+                    self.metal(path.lanes.iter().map(|l| Metal::Reflectance(reflectance.eval(l.nm, hit.uv))).collect(), *alpha)
                 }
                 _ => continue,
             };
-            return (path.inside.clone(), Some((hit, bsdf)));
+            let of_lane = |(ior, alpha): (&Ior, f64), nm: f64, outside: f64| Coat {
+                eta: ior.eval(nm) / outside,
+                rough: self.energy(alpha).map(|e| (alpha, &e.coat)),
+            };
+            let coats = |coat| path.lanes.iter().zip(&outside).map(|(l, &n)| of_lane(coat, l.nm, n)).collect();
+            return (path.inside.clone(), Some((hit, bsdf, coat.map_or(vec![], coats))));
         }
-        let met: Vec<(&Hit, &Material)> = met.iter().map(|(hit, material)| (hit, *material)).collect();
-        match cross(&self.scene, &path.inside, path.ray.dir, &met) {
+        let crossed: Vec<(&Hit, &Material)> = met.iter().map(|m| (&m.hit, m.material)).collect();
+        match cross(&self.scene, &path.inside, path.ray.dir, &crossed) {
             (beyond, Crossing::Interface { hit, near, far, alpha }) => {
                 let interiors = &self.scene.interiors;
                 let eta = values(&|nm| interiors[far].ior.eval(nm) / interiors[near].ior.eval(nm));
-                if eta.iter().all(|&n| n == 1.0) {
+                let film = met.iter().find(|m| std::ptr::eq(&m.hit, hit)).and_then(|m| m.film);
+                if film.is_none() && eta.iter().all(|&n| n == 1.0) {
                     return (beyond, None);
                 }
-                (beyond, Some((*hit, Bsdf::Dielectric { eta, alpha, energy: self.energy(alpha).map(|e| &e.dielectric) })))
+                let index = |i: usize, nm: f64| interiors[i].ior.eval(nm);
+                let stack = |l: &Lane, film: &Film| film.between(index(near, l.nm), (index(far, l.nm), 0.0), l.nm);
+                let film = film.map_or(vec![], |film| path.lanes.iter().map(|l| stack(l, film)).collect());
+                let energy = self.energy(alpha).map(|e| &e.dielectric);
+                (beyond, Some((*hit, Bsdf::Dielectric { eta, film, alpha, energy }, vec![])))
             }
             (beyond, Crossing::Straight) => (beyond, None),
         }
     }
 
-    /// The material of a hit and the hit with its normal as maps turn it; mixes decided with the mean of their weight over the carried wavelengths.
-    fn choose(&self, mut hit: Hit, path: &mut Path, rng: &mut Rng) -> (Hit, &Material) {
+    fn metal(&self, metal: Vec<Metal>, alpha: f64) -> Bsdf<'_> {
+        Bsdf::Conductor { metal, alpha, energy: self.energy(alpha).map(|e| &e.conductor) }
+    }
+
+    /// The material of a hit, the coat on it, and the hit with its normal as maps turn it; mixes decided with the mean of their weight over the carried
+    /// wavelengths.
+    fn choose(&self, mut hit: Hit, path: &mut Path, rng: &mut Rng) -> Met<'_> {
+        let mut coat = None;
         let shape = &self.scene.shapes[hit.shape];
-        let mut material = &self.scene.materials[shape.material];
+        let mut index = shape.material;
         loop {
+            let material = &self.scene.materials[index];
             let (a, b, weight) = match material {
                 Material::Mix { a, b, weight } => (a, b, weight),
+                Material::Graded { first, levels, roughness } => {
+                    let (level, share) = level_at(roughness.eval(path.lanes[0].nm, hit.uv), levels);
+                    index = first + level - levels.start + usize::from(rng.next() < share);
+                    continue;
+                }
                 Material::NormalMapped { base, normals } => {
                     if let Geometry::Mesh(mesh) = &shape.geometry {
                         let triangle = (hit.prim - self.world.first_prim(hit.shape)) as usize;
                         hit.ns = mesh.mapped_normal(triangle, hit.uv, hit.ng, hit.ns, normals);
                     }
-                    material = &self.scene.materials[*base];
+                    index = *base;
                     continue;
                 }
-                _ => return (hit, material),
+                Material::Coated { base, ior, alpha } => {
+                    coat = Some((ior, *alpha));
+                    index = *base;
+                    continue;
+                }
+                _ => return Met { hit, material, coat, film: self.scene.films.get(&index) },
             };
             let w: Vec<f64> = path.lanes.iter().map(|l| weight.eval(l.nm, hit.uv)).collect();
             let q = w.iter().sum::<f64>() / w.len() as f64;
@@ -256,7 +312,7 @@ impl Stage {
             for (lane, w) in path.lanes.iter_mut().zip(w) {
                 lane.beta *= if first { w / q } else { (1.0 - w) / (1.0 - q) };
             }
-            material = &self.scene.materials[if first { *a } else { *b }];
+            index = if first { *a } else { *b };
         }
     }
 
@@ -283,9 +339,11 @@ impl Stage {
             }
             let met: Vec<(&Hit, &Material)> =
                 hits.iter().map(|h| (h, &self.scene.materials[self.scene.shapes[h.shape].material])).collect();
-            for (hit, material) in met.iter().filter(|(_, m)| !matches!(m, Material::Dielectric { .. })) {
+            for (hit, _) in met.iter().filter(|(_, m)| !matches!(m, Material::Dielectric { .. })) {
                 let cos = ray.dir.dot(hit.ns).abs();
-                share.iter_mut().zip(lanes).for_each(|(s, l)| *s *= straight_share(&self.scene, material, cos, hit.uv, l.nm));
+                share.iter_mut().zip(lanes).for_each(|(s, l)| {
+                    *s *= straight_share(&self.scene, self.scene.shapes[hit.shape].material, cos, hit.uv, l.nm)
+                });
             }
             let (beyond, crossing) = cross(&self.scene, &inside, ray.dir, &met);
             if let Crossing::Interface { near, far, .. } = crossing {

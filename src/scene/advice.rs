@@ -46,11 +46,9 @@ fn unlit(scene: &Scene, out: &mut Vec<String>) {
 /// The interior that a material encloses.
 fn interior_of(scene: &Scene, material: usize) -> Option<usize> {
     match &scene.materials[material] {
-        Material::Dielectric { interior, .. } => Some(*interior),
-        Material::Boundary { interior } => *interior,
-        Material::NormalMapped { base, .. } => interior_of(scene, *base),
         Material::Mix { a, b, .. } => interior_of(scene, *a).or_else(|| interior_of(scene, *b)),
-        _ => None,
+        Material::NormalMapped { base, .. } => interior_of(scene, *base),
+        _ => scene.interior_of(material),
     }
 }
 
@@ -121,7 +119,10 @@ fn overlapping_faces(scene: &Scene, out: &mut Vec<String>) {
         return;
     }
     let scale = (size.max - size.min).length().max(1e-9);
-    let opaque = |m: usize| matches!(scene.materials[m], Material::Diffuse { .. } | Material::Conductor { .. });
+    let opaque = |m: usize| {
+        use Material::{Coated, ColoredConductor, Conductor, Diffuse};
+        matches!(scene.materials[m], Diffuse { .. } | Conductor { .. } | ColoredConductor { .. } | Coated { .. })
+    };
     let mut planes: HashMap<[i64; 4], Vec<Face>> = HashMap::new();
     for (index, shape) in scene.shapes.iter().enumerate().filter(|(_, s)| opaque(s.material)) {
         let Geometry::Mesh(mesh) = &shape.geometry else { continue };

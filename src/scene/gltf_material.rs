@@ -1,12 +1,12 @@
-//! glTF materials as Abbe's: metal is a conductor, transmission glass, the rest diffuse, and what lies between a mixture; alpha mixes with nothing at all.
-//!
-//! There is no material of a glossy coat on a diffuse base here, so that non-metals are matte, and one width of roughness for all of a material.
-//! The loader's notes say so where it matters.
+//! glTF materials as Abbe's: metal is a conductor, transmission glass, the rest paint under a coat, and what lies between a mixture; alpha mixes with
+//! nothing at all. A clear coat lies on metal, and on paint in place of paint's own coat, from which nothing would tell it: their indices are the same.
 
 use super::gltf_texture::{Textures, Use, uv_set};
 use super::json::Node;
 use super::load::Loader;
-use super::{Emission, Interior, Material, Texture};
+use super::materials::THICKEST_FILM;
+use super::roughness::Roughness;
+use super::{Emission, Film, Interior, Material, Texture};
 use crate::color::cie;
 use crate::error::Result;
 use crate::spectrum::library::Observer;
@@ -29,14 +29,27 @@ pub(super) fn photometric(node: &Node, rgb: [f64; 3], factor: f64) -> Result<Spe
 
 /// Extensions of materials that change only how they look, not what they are: named by what is lost.
 const LOST: &[(&str, &str)] = &[
-    ("KHR_materials_clearcoat", "clear coats"),
     ("KHR_materials_sheen", "sheen"),
-    ("KHR_materials_iridescence", "iridescence"),
     ("KHR_materials_anisotropy", "anisotropy (roughness is the same in all directions)"),
-    ("KHR_materials_specular", "the strength and colour of specular reflection"),
     ("KHR_materials_diffuse_transmission", "diffuse transmission"),
     ("KHR_materials_unlit", "\"unlit\" (such surfaces are lit like all others)"),
 ];
+
+/// Textures that are read. Those of one material use one set of coordinates.
+const SLOTS: &[&str] = &[
+    "baseColorTexture",
+    "metallicRoughnessTexture",
+    "emissiveTexture",
+    "transmissionTexture",
+    "specularTexture",
+    "clearcoatTexture",
+    "clearcoatRoughnessTexture",
+    "iridescenceTexture",
+    "normalTexture",
+];
+
+/// Index of clear coats (KHR_materials_clearcoat).
+const CLEAR_COAT: f64 = 1.5;
 
 /// One glTF material being read.
 struct Reader<'r, 'n, 't> {
@@ -55,8 +68,7 @@ pub(super) fn material(loader: &mut Loader, textures: &mut Textures, node: Optio
     };
     let pbr = node.get("pbrMetallicRoughness");
     let mut reader = Reader { loader, textures, node, pbr, uv_set: 0 };
-    let slots = ["baseColorTexture", "metallicRoughnessTexture", "emissiveTexture", "transmissionTexture", "normalTexture"];
-    if let Some(info) = slots.iter().find_map(|slot| reader.info(slot)) {
+    if let Some(info) = SLOTS.iter().find_map(|slot| reader.info(slot)) {
         reader.uv_set = uv_set(&info)?;
     }
     reader.note_losses();
@@ -72,8 +84,9 @@ impl<'n> Reader<'_, 'n, '_> {
 
     /// The textureInfo of a slot, wherever it stands.
     fn info(&self, slot: &str) -> Option<Node<'n>> {
-        let places = [self.pbr.clone(), Some(self.node.clone()), self.extension("KHR_materials_transmission")];
-        places.into_iter().flatten().find_map(|place| place.get(slot))
+        let extensions = ["transmission", "specular", "clearcoat", "iridescence"].map(|name| format!("KHR_materials_{name}"));
+        let places = [self.pbr.clone(), Some(self.node.clone())].into_iter().chain(extensions.map(|name| self.extension(&name)));
+        places.flatten().find_map(|place| place.get(slot))
     }
 
     fn note(&mut self, text: &str) {
@@ -86,6 +99,19 @@ impl<'n> Reader<'_, 'n, '_> {
                 self.note(&format!("{lost}: ignored ({name})"));
             }
         }
+        let specular = self.extension("KHR_materials_specular");
+        if specular.is_some_and(|s| s.get("specularColorFactor").or(s.get("specularColorTexture")).is_some()) {
+            self.note("the colour of specular reflection: ignored (KHR_materials_specular)");
+        }
+        if self.extension("KHR_materials_clearcoat").is_some_and(|c| c.get("clearcoatNormalTexture").is_some()) {
+            self.note("normals of clear coats: ignored, they are those of what is under them (KHR_materials_clearcoat)");
+        }
+    }
+
+    /// Adds the material that `make` makes of a GGX width, of this roughness.
+    fn push_rough(&mut self, roughness: &Roughness, make: impl Fn(f64) -> Material) -> usize {
+        let material = self.loader.rough(roughness, make);
+        self.push(material)
     }
 
     fn push(&mut self, material: Material) -> usize {
@@ -119,7 +145,9 @@ impl<'n> Reader<'_, 'n, '_> {
         let transmission = factor(self.extension("KHR_materials_transmission").as_ref(), "transmissionFactor", 0.0, 1.0)?;
         let metallic = self.share(metallic, "metallicRoughnessTexture", 2, None)?;
         let transmission = self.share(transmission, "transmissionTexture", 0, None)?;
-        let alpha = self.ggx_width()?;
+        let rough = self.roughness(self.pbr.clone(), "roughnessFactor", 1.0, "metallicRoughnessTexture")?;
+        let lacquer = self.lacquer()?;
+        let film = self.film()?;
         let is = |share: &Texture, value: f64| matches!(share, Texture::Uniform(Spectrum::Constant(v)) if *v == value);
         let reflectance = match self.info("baseColorTexture") {
             Some(info) => self.textures.read(&info, self.uv_set, Use::Reflectance(base), Spectrum::Constant(1.0), None)?,
@@ -131,15 +159,25 @@ impl<'n> Reader<'_, 'n, '_> {
         };
         let mut surface = None;
         if !is(&metallic, 1.0) && !is(&transmission, 1.0) {
-            self.note("non-metals are matte: the glossy reflection of their surface is left out");
-            surface = Some(self.push(Material::Diffuse { reflectance: reflectance.clone() }));
+            if film.is_some() {
+                self.note("iridescence of what is neither metal nor glass: ignored (KHR_materials_iridescence)");
+            }
+            let paint = self.push(Material::Diffuse { reflectance: reflectance.clone() });
+            let glossy = self.glossy(paint, &rough)?;
+            surface = Some(self.lacquered(paint, glossy, &lacquer));
         }
         if !is(&metallic, 1.0) && !is(&transmission, 0.0) {
-            let glass = self.glass(base, alpha)?;
+            let glass = self.glass(base, &rough)?;
+            let glass = self.filmed_glass(glass, &film)?;
+            if lacquer.is_some() {
+                self.note("clear coats on glass: ignored (KHR_materials_clearcoat)");
+            }
             surface = Some(surface.map_or(glass, |under| self.mix(glass, under, transmission)));
         }
         if !is(&metallic, 0.0) {
-            let metal = self.metal(&reflectance, alpha);
+            let metal = self.push_rough(&rough, |alpha| Material::ColoredConductor { reflectance: reflectance.clone(), alpha });
+            let metal = self.filmed_metal(metal, &reflectance, &rough, &film);
+            let metal = self.lacquered(metal, metal, &lacquer);
             surface = Some(surface.map_or(metal, |under| self.mix(metal, under, metallic)));
         }
         let surface = surface.unwrap_or_else(|| self.loader.black());
@@ -174,40 +212,78 @@ impl<'n> Reader<'_, 'n, '_> {
         })
     }
 
-    /// GGX width: glTF's roughness is its square root; below 0.001 a surface is smooth here. Of a texture the mean counts.
-    fn ggx_width(&mut self) -> Result<f64> {
-        let mut roughness = factor(self.pbr.as_ref(), "roughnessFactor", 1.0, 1.0)?;
-        if let Some(mean) = self.info("metallicRoughnessTexture").map(|info| self.textures.mean(&info, 1)).transpose()?.flatten()
-        {
-            roughness *= mean;
-            self.note("roughness varies over no surface: the mean of its picture counts");
-        }
-        let width = roughness * roughness;
-        Ok(if width < 1e-3 { 0.0 } else { width })
+    /// Roughness from a factor of `node` and the green channel of a texture.
+    fn roughness(&mut self, node: Option<Node<'n>>, key: &str, default: f64, slot: &str) -> Result<Roughness> {
+        let factor = factor(node.as_ref(), key, default, 1.0)?;
+        Ok(Roughness::pictured(self.share(factor, slot, 1, None)?))
     }
 
-    /// A metal that at normal incidence reflects what `reflectance` says.
-    fn metal(&mut self, reflectance: &Texture, alpha: f64) -> usize {
-        let range = self.loader.reader.range;
-        match reflectance {
-            Texture::Uniform(base) => {
-                // The index of a dielectric with that reflectance: (n - 1)^2 / (n + 1)^2 = base, k = 0.
-                let n_of = |f: f64| (1.0 + f.min(0.98).sqrt()) / (1.0 - f.min(0.98).sqrt());
-                let eta = sampled(range, |nm| n_of(base.eval(nm)));
-                self.push(Material::Conductor { eta, k: Spectrum::Constant(0.0), alpha })
-            }
-            picture => {
-                self.note("metals of a pictured colour keep it at grazing angles, where real ones turn white");
-                // Reflects 0.9996 at normal incidence.
-                let (eta, k) = (Spectrum::Constant(0.01), Spectrum::Constant(10.0));
-                let mirror = self.push(Material::Conductor { eta, k, alpha });
-                let black = self.loader.black();
-                self.mix(mirror, black, picture.clone())
-            }
-        }
+    /// The clear coat: how much of it there is, and its roughness; nothing where there is none.
+    fn lacquer(&mut self) -> Result<Option<(Texture, Roughness)>> {
+        let Some(node) = self.extension("KHR_materials_clearcoat") else { return Ok(None) };
+        let share = self.share(factor(Some(&node), "clearcoatFactor", 0.0, 1.0)?, "clearcoatTexture", 0, None)?;
+        let roughness = self.roughness(Some(node), "clearcoatRoughnessFactor", 0.0, "clearcoatRoughnessTexture")?;
+        Ok((!share.is_zero()).then_some((share, roughness)))
     }
 
-    fn glass(&mut self, base: [f64; 3], alpha: f64) -> Result<usize> {
+    /// `bare` as it is where there is no lacquer, and where there is some, `base` under it.
+    fn lacquered(&mut self, base: usize, bare: usize, lacquer: &Option<(Texture, Roughness)>) -> usize {
+        let Some((share, roughness)) = lacquer else { return bare };
+        let coated = self.push_rough(roughness, |alpha| Material::Coated { base, ior: Ior::constant(CLEAR_COAT), alpha });
+        self.mix(coated, bare, share.clone())
+    }
+
+    /// The film that makes a surface iridescent, and how much of it there is.
+    fn film(&mut self) -> Result<Option<(Texture, Film)>> {
+        let Some(node) = self.extension("KHR_materials_iridescence") else { return Ok(None) };
+        let share = self.share(factor(Some(&node), "iridescenceFactor", 0.0, 1.0)?, "iridescenceTexture", 0, None)?;
+        let ior = Ior::constant(node.get("iridescenceIor").map_or(Ok(1.3), |n| n.within(1.0, 5.0))?);
+        let thickness_nm = factor(Some(&node), "iridescenceThicknessMaximum", 400.0, THICKEST_FILM)?;
+        if node.get("iridescenceThicknessTexture").is_some() {
+            self.note("films are of one thickness: of its picture the greatest counts (KHR_materials_iridescence)");
+        }
+        Ok((!share.is_zero() && thickness_nm > 0.0).then_some((share, Film { ior, thickness_nm })))
+    }
+
+    fn filmed_glass(&mut self, bare: usize, film: &Option<(Texture, Film)>) -> Result<usize> {
+        let Some((share, film)) = film else { return Ok(bare) };
+        let Material::Dielectric { alpha: 0.0, .. } = self.loader.scene.materials[bare] else {
+            self.note("iridescence of rough glass and of thin panes: ignored (KHR_materials_iridescence)");
+            return Ok(bare);
+        };
+        let filmed = self.push(self.loader.scene.materials[bare].clone());
+        self.loader.put_film(filmed, film);
+        Ok(self.mix(filmed, bare, share.clone()))
+    }
+
+    /// What a film does depends on the metal's index: that of a dielectric with its reflectance, (n - 1)^2 / (n + 1)^2, as the extension has it.
+    fn filmed_metal(&mut self, bare: usize, reflectance: &Texture, rough: &Roughness, film: &Option<(Texture, Film)>) -> usize {
+        let Some((share, film)) = film else { return bare };
+        let Texture::Uniform(reflectance) = reflectance else {
+            self.note("iridescence of metals of a pictured colour: ignored (KHR_materials_iridescence)");
+            return bare;
+        };
+        let index = |r: f64| (1.0 + r.min(0.98).sqrt()) / (1.0 - r.min(0.98).sqrt());
+        let eta = sampled(self.loader.reader.range, |nm| index(reflectance.eval(nm)));
+        let conductor = |alpha| Material::Conductor { eta: eta.clone(), k: Spectrum::Constant(0.0), alpha };
+        let filmed = self.push_rough(rough, conductor);
+        self.loader.put_film(filmed, film);
+        self.mix(filmed, bare, share.clone())
+    }
+
+    /// Paint with its gloss, as much of it as KHR_materials_specular leaves.
+    fn glossy(&mut self, paint: usize, rough: &Roughness) -> Result<usize> {
+        let ior = self.ior()?;
+        let specular = factor(self.extension("KHR_materials_specular").as_ref(), "specularFactor", 1.0, 1.0)?;
+        let specular = self.share(specular, "specularTexture", 3, None)?;
+        if specular.is_zero() || ior == Ior::constant(1.0) {
+            return Ok(paint);
+        }
+        let coated = self.push_rough(rough, |alpha| Material::Coated { base: paint, ior: ior.clone(), alpha });
+        Ok(self.mix(coated, paint, specular))
+    }
+
+    fn glass(&mut self, base: [f64; 3], rough: &Roughness) -> Result<usize> {
         let ior = self.ior()?;
         if base != [1.0; 3] || self.info("baseColorTexture").is_some() {
             self.note("the surface tint of glass is ignored; use KHR_materials_volume to colour it");
@@ -225,7 +301,8 @@ impl<'n> Reader<'_, 'n, '_> {
         };
         let sigma_a = absorption(&volume, self.loader.reader.range)?;
         self.loader.scene.interiors.push(Interior { ior, priority: 1, sigma_a, ..Interior::vacuum(&name) });
-        Ok(self.push(Material::Dielectric { interior: self.loader.scene.interiors.len() - 1, alpha }))
+        let interior = self.loader.scene.interiors.len() - 1;
+        Ok(self.push_rough(rough, |alpha| Material::Dielectric { interior, alpha }))
     }
 
     /// The index of refraction: of the glass that the material's custom property "glass" names, or from KHR_materials_ior and the dispersion, which may

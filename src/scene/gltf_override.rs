@@ -1,9 +1,9 @@
 //! `"override": {"Glass": {"dielectric": {"ior": "N-SF66"}}}`: other materials for those of a glTF file, by their names there.
 
-use super::Geometry;
 use super::gltf_material::Look;
 use super::json::{Node, quoted, suggest};
 use super::load::Loader;
+use super::{Geometry, Material};
 use crate::error::Result;
 
 /// What replaces a glTF file's materials.
@@ -27,9 +27,10 @@ impl<'a> Overrides<'a> {
                 (Some(known), _) => Some(loader.material_index(&known)?),
                 (None, true) => None,
                 (None, false) => {
-                    let material = loader.kit.clone().material(loader, name, &node)?;
-                    loader.scene.materials.push(material);
-                    Some(loader.scene.materials.len() - 1)
+                    let index = loader.scene.materials.len();
+                    loader.scene.materials.push(Material::Boundary { interior: None });
+                    loader.kit.clone().place(loader, index, name, &node)?;
+                    Some(index)
                 }
             };
             if !names.contains(&name) {

@@ -84,15 +84,6 @@ impl<'a> Textures<'a> {
         Ok(Some(Texture::Image(Arc::new(texture))))
     }
 
-    /// Mean of a channel over the picture that `info` names; none if it cannot be read.
-    pub(super) fn mean(&mut self, info: &Node, channel: usize) -> Result<Option<f64>> {
-        let texture = item(self.root, "textures", &info.need("index")?)?;
-        let Some(source) = texture.get("source") else { return Ok(None) };
-        let picture = self.picture(&source)?;
-        let sum: f64 = picture.pixels.iter().map(|p| f64::from(p[channel])).sum();
-        Ok(Some(sum / picture.pixels.len() as f64))
-    }
-
     fn image(&mut self, source: &Node, wanted: Use) -> Result<Arc<Image>> {
         let index = source.integer(0, u32::MAX)?;
         if let Some((.., image)) = self.images.iter().find(|(i, used, _)| (*i, *used) == (index, wanted)) {

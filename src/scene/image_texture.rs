@@ -21,6 +21,19 @@ impl Loader {
         }
     }
 
+    /// A picture of numbers in [0, 1], if `node` names one: the green channel as it is stored, where glTF keeps roughness.
+    pub(super) fn number_texture(&mut self, node: &Node) -> Result<Option<Texture>> {
+        let Some(file) = node.get("texture") else { return Ok(None) };
+        node.object("texture")?;
+        let (to_image, wrap, nearest) = placing(node)?;
+        let scale = node.get("scale").map_or(Ok(1.0), |n| n.within(0.0, 1.0))?;
+        let (_, bytes) = self.reader.files.read(&file)?;
+        let picture = picture::decode(&bytes, &quoted(file.string()?), &file)?;
+        let image = Arc::new(picture.numbers(picture.pixels.iter().map(|p| f64::from(p[1]).clamp(0.0, 1.0))));
+        let factor = Spectrum::Constant(scale);
+        Ok(Some(Texture::Image(Arc::new(ImageTexture { image, wrap: [wrap; 2], nearest, to_image, factor, cutoff: None }))))
+    }
+
     /// The picture that `node` names, if it is one: `{"texture", "tiles", "wrap", "filter", "linear", "scale"}`.
     pub(super) fn image_texture(&mut self, node: &Node, place: Place) -> Result<Option<Texture>> {
         let Some(file) = node.get("texture") else { return Ok(None) };

@@ -34,9 +34,11 @@ pub const KEYS: &[(&str, &[&str])] = &[
     ("surroundings", &["ior", "medium"]),
     ("material", MATERIALS),
     ("diffuse", &["reflectance"]),
-    ("dielectric", &["ior", "alpha", "absorption", "medium", "priority"]),
-    ("thin_dielectric", &["ior"]),
-    ("conductor", &["metal", "eta", "k", "alpha"]),
+    ("dielectric", &["ior", "alpha", "roughness", "thin_film", "absorption", "medium", "priority"]),
+    ("thin_dielectric", &["ior", "thickness"]),
+    ("conductor", &["metal", "eta", "k", "reflectance", "alpha", "roughness", "thin_film"]),
+    ("thin_film", &["thickness", "ior"]),
+    ("coated", &["of", "ior", "alpha", "roughness"]),
     ("mix", &["a", "b", "weight"]),
     ("boundary", &["medium", "ior", "priority"]),
     ("normal_map", &["of", "texture", "tiles", "wrap", "filter", "strength"]),
@@ -66,7 +68,10 @@ pub const KEYS: &[(&str, &[&str])] = &[
     ("prism", &["polygon", "length"]),
     ("mesh", &["file", "smooth"]),
     ("gltf", &["file", "override"]),
-    ("override", &["diffuse", "dielectric", "thin_dielectric", "conductor", "mix", "boundary", "normal_map", "use", "emission"]),
+    (
+        "override",
+        &["diffuse", "dielectric", "thin_dielectric", "conductor", "coated", "mix", "boundary", "normal_map", "use", "emission"],
+    ),
     ("emission", &["radiance", "two_sided"]),
     ("transform", &["scale", "axis", "rotate_deg", "translate", "matrix"]),
     ("light", LIGHTS),
@@ -100,7 +105,8 @@ pub const KEYS: &[(&str, &[&str])] = &[
 /// Kinds of sensor.
 pub const SENSORS: &[&str] = &["perspective", "orthographic", "irradiance_plane", "irradiance_sphere"];
 /// Kinds of material.
-pub const MATERIALS: &[&str] = &["diffuse", "dielectric", "thin_dielectric", "conductor", "mix", "boundary", "normal_map"];
+pub const MATERIALS: &[&str] =
+    &["diffuse", "dielectric", "thin_dielectric", "conductor", "coated", "mix", "boundary", "normal_map"];
 /// Kinds of geometry.
 pub const GEOMETRIES: &[&str] = &["sphere", "disc", "cylinder", "quad", "box", "prism", "mesh", "gltf", "instance"];
 /// Kinds of light that are not shapes.

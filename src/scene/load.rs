@@ -11,7 +11,7 @@ use super::{Bins, Estimator, FilmSettings, Filter, Light, Mesh, Scene, Sensor, S
 use crate::error::{Error, Result};
 use crate::stage::{self, Stage};
 use glam::{DMat3, DVec3};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -97,6 +97,7 @@ impl Loader {
             film,
             sensor,
             materials: Vec::new(),
+            films: BTreeMap::new(),
             interiors: Vec::new(),
             shapes: Vec::<Shape>::new(),
             lights: Vec::<Light>::new(),

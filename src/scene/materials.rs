@@ -4,11 +4,13 @@ use super::json::{Node, quoted, suggest};
 use super::keys::MATERIALS;
 use super::load::Loader;
 use super::spectra::Place;
-use super::{Interior, Material};
+use super::{Film, Interior, Material};
 use crate::error::Result;
 use crate::spectrum::{Ior, Spectrum, library};
 use std::collections::HashMap;
 
+/// Thickest film, nm: in thicker ones the colours of neighbouring wavelengths run into each other.
+pub(super) const THICKEST_FILM: f64 = 10_000.0;
 /// Mixes of mixes may be this deep.
 const DEEPEST_MIX: usize = 8;
 
@@ -49,15 +51,16 @@ impl Materials {
         let nodes = root.get("materials").map_or(Ok(Vec::new()), |n| n.entries())?;
         for (index, (name, _)) in nodes.iter().enumerate() {
             loader.names.insert(name.to_string(), index);
+            // Its place: materials may add others of no name.
+            loader.scene.materials.push(Material::Boundary { interior: None });
         }
-        for (name, node) in &nodes {
+        for (index, (name, node)) in nodes.iter().enumerate() {
             node.object("material")?;
-            let material = this.material(loader, name, node)?;
-            loader.scene.materials.push(material);
+            this.place(loader, index, name, node)?;
         }
         loader.kit = this;
         for (index, (_, node)) in nodes.iter().enumerate() {
-            check_mix(&loader.scene.materials, index, 0).map_err(|problem| node.fail(problem, "mix simpler materials"))?;
+            check_parts(&loader.scene.materials, index, 0).map_err(|problem| node.fail(problem, "use simpler materials"))?;
         }
         Ok(())
     }
@@ -74,8 +77,18 @@ impl Materials {
         Ok(())
     }
 
-    /// One material of the scene; `name` is for what it encloses.
-    pub(super) fn material(&self, loader: &mut Loader, name: &str, node: &Node) -> Result<Material> {
+    /// Puts the material that `node` describes at this index; `name` is for what it encloses.
+    pub(super) fn place(&self, loader: &mut Loader, index: usize, name: &str, node: &Node) -> Result<()> {
+        let material = self.material(loader, name, node)?;
+        let film = film(loader, node, &material)?;
+        loader.scene.materials[index] = material;
+        if let Some(film) = film {
+            loader.put_film(index, &film);
+        }
+        Ok(())
+    }
+
+    fn material(&self, loader: &mut Loader, name: &str, node: &Node) -> Result<Material> {
         let (kind, inner) = node.one_of(MATERIALS)?;
         inner.object(kind)?;
         Ok(match kind {
@@ -92,7 +105,9 @@ impl Materials {
                     self.fill(&mut interior, &medium)?;
                 }
                 loader.scene.interiors.push(interior);
-                Material::Dielectric { interior: loader.scene.interiors.len() - 1, alpha: alpha(&inner)? }
+                let interior = loader.scene.interiors.len() - 1;
+                let roughness = loader.roughness(&inner)?;
+                loader.rough(&roughness, |alpha| Material::Dielectric { interior, alpha })
             }
             "thin_dielectric" => {
                 let ior = loader.reader.ior(&inner.need("ior")?)?;
@@ -100,8 +115,24 @@ impl Materials {
                 Material::ThinDielectric { ior }
             }
             "conductor" => {
+                let roughness = loader.roughness(&inner)?;
+                if let Some(reflectance) = inner.get("reflectance") {
+                    if let Some(surplus) = ["metal", "eta", "k"].iter().find_map(|key| inner.get(key)) {
+                        return Err(surplus.fail("\"reflectance\" already says what it reflects", "keep one of the two"));
+                    }
+                    let reflectance = loader.share(&reflectance)?;
+                    return Ok(
+                        loader.rough(&roughness, |alpha| Material::ColoredConductor { reflectance: reflectance.clone(), alpha })
+                    );
+                }
                 let (eta, k) = conductor(loader, &inner)?;
-                Material::Conductor { eta, k, alpha: alpha(&inner)? }
+                loader.rough(&roughness, |alpha| Material::Conductor { eta: eta.clone(), k: k.clone(), alpha })
+            }
+            "coated" => {
+                let ior = loader.reader.ior(&inner.need("ior")?)?;
+                note_extrapolation(loader, name, &ior);
+                let (base, roughness) = (loader.material_index(&inner.need("of")?)?, loader.roughness(&inner)?);
+                loader.rough(&roughness, |alpha| Material::Coated { base, ior: ior.clone(), alpha })
             }
             "mix" => Material::Mix {
                 a: loader.material_index(&inner.need("a")?)?,
@@ -149,6 +180,15 @@ impl Interior {
 }
 
 impl Loader {
+    /// Puts a film on the material at this index, or on all the levels of its roughness.
+    pub(super) fn put_film(&mut self, index: usize, film: &Film) {
+        let filmed = match &self.scene.materials[index] {
+            Material::Graded { first, levels, .. } => *first..first + levels.len(),
+            _ => index..index + 1,
+        };
+        self.scene.films.extend(filmed.map(|i| (i, film.clone())));
+    }
+
     /// The index of the material that `node` names.
     pub(super) fn material_index(&self, node: &Node) -> Result<usize> {
         let name = node.string()?;
@@ -156,6 +196,32 @@ impl Loader {
             || node.fail(format!("unknown material {}", quoted(name)), suggest(name, self.names.keys().map(String::as_str)));
         self.names.get(name).copied().ok_or_else(unknown)
     }
+}
+
+/// The film on a material, or of a pane that is one itself.
+fn film(loader: &Loader, node: &Node, material: &Material) -> Result<Option<Film>> {
+    let (_, inner) = node.one_of(MATERIALS)?;
+    let (Some(node), own_ior) = (match material {
+        Material::ThinDielectric { ior } => (inner.get("thickness").map(|_| inner.clone()), Some(ior)),
+        _ => (inner.get("thin_film"), None),
+    }) else {
+        return Ok(None);
+    };
+    if own_ior.is_none() {
+        node.object("thin_film")?;
+    }
+    let first = if let Material::Graded { first, .. } = material { &loader.scene.materials[*first] } else { material };
+    match first {
+        Material::Dielectric { .. } if !matches!(material, Material::Dielectric { alpha: 0.0, .. }) => {
+            return Err(node.fail("a film on rough glass", "make the glass smooth, or leave out the film"));
+        }
+        Material::ColoredConductor { .. } => {
+            return Err(node.fail("what a film does depends on the metal's index", "give \"metal\", or \"eta\" and \"k\""));
+        }
+        _ => {}
+    }
+    let ior = own_ior.map_or_else(|| loader.reader.ior(&node.need("ior")?), |ior| Ok(ior.clone()))?;
+    Ok(Some(Film { ior, thickness_nm: node.need("thickness")?.within(0.0, THICKEST_FILM)? }))
 }
 
 fn medium(loader: &Loader, node: &Node) -> Result<Medium> {
@@ -204,19 +270,9 @@ fn conductor(loader: &Loader, node: &Node) -> Result<(Spectrum, Spectrum)> {
             || metal.fail(format!("unknown metal {}", quoted(name)), suggest(name, library::metal_names().iter().copied()));
         return library::metal(name).ok_or_else(unknown);
     }
-    let missing = |key| node.fail(format!("{key:?} is missing"), "add \"metal\", or \"eta\" and \"k\"");
+    let missing = |key| node.fail(format!("{key:?} is missing"), "add \"metal\", \"reflectance\", or \"eta\" and \"k\"");
     let [eta, k] = ["eta", "k"].map(|key| node.get(key).ok_or_else(|| missing(key)));
     Ok((loader.reader.spectrum(&eta?, Place::Coefficient)?, loader.reader.spectrum(&k?, Place::Coefficient)?))
-}
-
-/// GGX width: 0 (smooth) or in [0.001, 1].
-fn alpha(node: &Node) -> Result<f64> {
-    let Some(node) = node.get("alpha") else { return Ok(0.0) };
-    let alpha = node.number()?;
-    if alpha == 0.0 || (0.001..=1.0).contains(&alpha) {
-        return Ok(alpha);
-    }
-    Err(node.fail(format!("a roughness of {alpha}"), "use 0 for a smooth surface, or 0.001 to 1"))
 }
 
 fn priority(node: &Node, default: u8) -> Result<u8> {
@@ -231,14 +287,31 @@ fn note_extrapolation(loader: &mut Loader, name: &str, ior: &Ior) {
     }
 }
 
-/// A mix or map of normals that contains itself, or is nested too deeply, is an error.
-fn check_mix(materials: &[Material], index: usize, depth: usize) -> std::result::Result<(), String> {
+/// What contains itself or is nested too deeply is an error, and so is a coat on what does not end a ray.
+fn check_parts(materials: &[Material], index: usize, depth: usize) -> std::result::Result<(), String> {
     if depth > DEEPEST_MIX {
         return Err(format!("materials contain each other, or are nested more than {DEEPEST_MIX} deep"));
     }
     match &materials[index] {
-        Material::NormalMapped { base, .. } => check_mix(materials, *base, depth + 1),
-        Material::Mix { a, b, .. } => [a, b].into_iter().try_for_each(|&part| check_mix(materials, part, depth + 1)),
+        Material::Coated { base, .. } => {
+            check_parts(materials, *base, depth + 1)?;
+            if is_coatable(materials, *base) {
+                Ok(())
+            } else {
+                Err("a coat lies on paint or metal, or on mixtures of them".into())
+            }
+        }
+        Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => check_parts(materials, *base, depth + 1),
+        Material::Mix { a, b, .. } => [a, b].into_iter().try_for_each(|&part| check_parts(materials, part, depth + 1)),
         _ => Ok(()),
+    }
+}
+
+fn is_coatable(materials: &[Material], index: usize) -> bool {
+    match &materials[index] {
+        Material::Diffuse { .. } | Material::Conductor { .. } | Material::ColoredConductor { .. } => true,
+        Material::Graded { first, .. } => is_coatable(materials, *first),
+        Material::Mix { a, b, .. } => is_coatable(materials, *a) && is_coatable(materials, *b),
+        _ => false,
     }
 }

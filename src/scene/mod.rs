@@ -22,6 +22,7 @@ mod mesh;
 mod obj;
 mod picture;
 mod ply;
+pub mod roughness;
 mod shapes;
 mod spectra;
 pub mod texture;
@@ -35,8 +36,10 @@ pub use load::{LoadOptions, load, load_str};
 pub(crate) use mesh::read as read_mesh;
 pub use texture::Texture;
 
+use crate::bsdf::film::Stack;
 use crate::spectrum::{Ior, Spectrum};
 use glam::{DMat3, DVec2, DVec3};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A complete scene.
@@ -50,6 +53,8 @@ pub struct Scene {
     pub sensor: Sensor,
     /// Materials; shapes and mixes refer to them by index.
     pub materials: Vec<Material>,
+    /// Thin films on smooth dielectrics and on conductors, by the index of the material; of a thin dielectric, that it is itself a film.
+    pub films: BTreeMap<usize, Film>,
     /// Volumes with an index and a medium; `interiors[0]` surrounds the scene.
     pub interiors: Vec<Interior>,
     /// Geometry: every instance is its own shape.
@@ -65,6 +70,18 @@ pub struct Scene {
     /// Hash of the scene file and of all files that it includes, so that a picture can be told from that of a changed scene; 0 for a scene that
     /// was not read from files.
     pub source_hash: u64,
+}
+
+impl Scene {
+    /// The interior that a surface of this material encloses: its own, or that of the material whose normals or roughness vary.
+    pub fn interior_of(&self, material: usize) -> Option<usize> {
+        match self.materials[material] {
+            Material::Dielectric { interior, .. } => Some(interior),
+            Material::Boundary { interior } => interior,
+            Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => self.interior_of(base),
+            _ => None,
+        }
+    }
 }
 
 /// One of the two plain double-precision estimators of [`crate::reference`].
@@ -226,6 +243,31 @@ pub enum Material {
         /// GGX width, 0 or in [0.001, 1].
         alpha: f64,
     },
+    /// Metal of which no index is known, only what it reflects at normal incidence; towards grazing incidence all (Schlick 1994).
+    ColoredConductor {
+        /// Reflectance in [0, 1].
+        reflectance: Texture,
+        /// GGX width, 0 or in [0.001, 1].
+        alpha: f64,
+    },
+    /// A material whose roughness varies: of the two levels next to what the picture says, each in proportion ([`roughness`]).
+    Graded {
+        /// Index of the smoothest; the others follow it.
+        first: usize,
+        /// Which levels there are, two at least.
+        levels: std::ops::Range<usize>,
+        /// Roughness in [0, 1], the root of the GGX width.
+        roughness: Texture,
+    },
+    /// A clear coat on another material; smooth for `alpha = 0`, else GGX ([`crate::bsdf::coat`]).
+    Coated {
+        /// Index of what is under it: diffuse, a conductor, or mixtures of such.
+        base: usize,
+        /// Index of the coat.
+        ior: Ior,
+        /// GGX width, 0 or in [0.001, 1].
+        alpha: f64,
+    },
     /// `weight` of `a` and `1 - weight` of `b`.
     Mix {
         /// Index of the first material.
@@ -247,6 +289,22 @@ pub enum Material {
         /// Index into `Scene::interiors`, if crossing it changes the medium.
         interior: Option<usize>,
     },
+}
+
+/// A layer so thin that light interferes in it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Film {
+    /// Its index.
+    pub ior: Ior,
+    /// Its thickness, nm.
+    pub thickness_nm: f64,
+}
+
+impl Film {
+    /// What it makes at `nm` with a medium of index `near` before it and one of index `n + i k` beyond.
+    pub fn between(&self, near: f64, far: (f64, f64), nm: f64) -> Stack {
+        Stack { near, film: self.ior.eval(nm), waves: self.thickness_nm / nm, far }
+    }
 }
 
 /// A volume: index of refraction and homogeneous participating medium. Where volumes overlap the greatest `(priority, index)` rules.

@@ -170,8 +170,9 @@ impl Loader {
 
     fn is_pictured(&self, material: usize) -> bool {
         match &self.scene.materials[material] {
-            Material::Diffuse { reflectance } => reflectance.image().is_some(),
-            Material::NormalMapped { .. } => true,
+            Material::Diffuse { reflectance } | Material::ColoredConductor { reflectance, .. } => reflectance.image().is_some(),
+            Material::NormalMapped { .. } | Material::Graded { .. } => true,
+            Material::Coated { base, .. } => self.is_pictured(*base),
             Material::Mix { a, b, weight } => weight.image().is_some() || self.is_pictured(*a) || self.is_pictured(*b),
             _ => false,
         }

@@ -214,7 +214,10 @@ impl Mesh {
 /// Bytes of all pictures on a scene's surfaces, each counted once.
 pub fn bytes(scene: &Scene) -> u64 {
     let of_materials = scene.materials.iter().filter_map(|m| match m {
-        Material::Diffuse { reflectance: texture } | Material::Mix { weight: texture, .. } => texture.image(),
+        Material::Diffuse { reflectance: texture }
+        | Material::ColoredConductor { reflectance: texture, .. }
+        | Material::Graded { roughness: texture, .. }
+        | Material::Mix { weight: texture, .. } => texture.image(),
         Material::NormalMapped { normals, .. } => Some(normals),
         _ => None,
     });

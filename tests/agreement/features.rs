@@ -41,6 +41,20 @@ fn floor_under_glass() -> Scene {
     s
 }
 
+/// The same with a floor that is a mixture, of which half is not there.
+fn mixture_under_glass() -> Scene {
+    let mut s = floor_under_glass();
+    let nothing = material(&mut s, Material::Boundary { interior: None });
+    let dark = material(&mut s, Material::Diffuse { reflectance: flat(0.1).into() });
+    let veil = material(&mut s, Material::Mix { a: 0, b: nothing, weight: ramp(0.3, 0.6).into() });
+    s.shapes[0].material = material(&mut s, Material::Mix { a: dark, b: veil, weight: flat(0.2).into() });
+    s
+}
+
+fn metal_of_a_colour(alpha: f64) -> Scene {
+    ball(4, |s| material(s, Material::ColoredConductor { reflectance: ramp(0.3, 0.8).into(), alpha }))
+}
+
 fn metal(alpha: f64) -> Scene {
     ball(4, |s| material(s, Material::Conductor { eta: ramp(0.3, 1.2), k: ramp(2.0, 4.0), alpha }))
 }
@@ -72,6 +86,70 @@ fn mixture() -> Scene {
         let veil = material(s, Material::Mix { a: veil, b: 0, weight: ramp(0.7, 0.3).into() });
         material(s, Material::Mix { a: metal, b: veil, weight: ramp(0.2, 0.8).into() })
     })
+}
+
+/// A soap bubble, glass with a film, and rough metal with one.
+fn films() -> Scene {
+    let mut s = hall(4);
+    let film = |n: f64, thickness_nm: f64| Film { ior: Ior::constant(n), thickness_nm };
+    let soap = material(&mut s, Material::ThinDielectric { ior: Ior::constant(1.33) });
+    s.films.insert(soap, film(1.33, 350.0));
+    shape(&mut s, soap, sphere(dvec3(-0.7, 0.5, 0.2), 0.34));
+    let flint = glass(&mut s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0);
+    s.films.insert(flint, film(2.4, 120.0));
+    shape(&mut s, flint, sphere(dvec3(0.0, 0.5, 0.2), 0.34));
+    let metal = material(&mut s, Material::Conductor { eta: ramp(0.6, 1.2), k: ramp(2.0, 4.0), alpha: 0.3 });
+    s.films.insert(metal, film(1.9, 250.0));
+    shape(&mut s, metal, sphere(dvec3(0.7, 0.5, 0.2), 0.34));
+    s
+}
+
+/// Glass of one index, whose film alone tells wavelengths apart.
+fn film_on_plain_glass() -> Scene {
+    let mut s = hall(4);
+    let glass = glass(&mut s, solid("glass", 1.5, 1), 0.0);
+    s.films.insert(glass, Film { ior: Ior::constant(2.4), thickness_nm: 130.0 });
+    shape(&mut s, glass, sphere(dvec3(0.0, 0.65, 0.2), 0.55));
+    s
+}
+
+fn coated(s: &mut Scene, base: usize, alpha: f64) -> usize {
+    material(s, Material::Coated { base, ior: flint(), alpha })
+}
+
+fn coated_paint(alpha: f64) -> Scene {
+    ball(4, |s| coated(s, 0, alpha))
+}
+
+/// Smooth lacquer on rough metal, rough lacquer on a mirror, and on a mixture of metal and paint.
+fn coated_metals() -> Scene {
+    let mut s = hall(4);
+    for (x, metal, lacquer, paint) in [(-0.7, 0.3, 0.0, 0.0), (0.0, 0.0, 0.2, 0.0), (0.7, 0.3, 0.1, 0.5)] {
+        let metal = material(&mut s, Material::Conductor { eta: ramp(0.6, 1.2), k: ramp(2.0, 4.0), alpha: metal });
+        let base = material(&mut s, Material::Mix { a: 0, b: metal, weight: flat(paint).into() });
+        let m = coated(&mut s, base, lacquer);
+        shape(&mut s, m, sphere(dvec3(x, 0.5, 0.2), 0.34));
+    }
+    s
+}
+
+/// A caustic on a floor with satin lacquer.
+fn caustic_on_coat() -> Scene {
+    let mut s = point();
+    s.shapes[0].material = coated(&mut s, 0, 0.5);
+    s
+}
+
+/// A caustic that lacquer on dark paint throws: nothing else is lit.
+fn caustic_off_coat() -> Scene {
+    let (position, target) = (dvec3(0.9, 1.2, 0.2), dvec3(-0.9, 0.8, 0.2));
+    let direction = (target - position).normalize();
+    let mut s = lit_by(vec![Light::Spot { position, direction, intensity: ramp(1.0, 2.0), cos_inner: 0.97, cos_outer: 0.95 }]);
+    s.shapes.truncate(2);
+    let dark = material(&mut s, Material::Diffuse { reflectance: flat(0.02).into() });
+    let lacquer = coated(&mut s, dark, 0.0);
+    shape(&mut s, lacquer, disc(target, dvec3(0.968, -0.251, 0.0).normalize(), 0.4));
+    s
 }
 
 /// A bubble in glass in water, and two glasses that overlap.
@@ -262,11 +340,20 @@ agree! {
     rough_glass_little, 160, 1.0, rough_glass(0.1);
     rough_glass_much, 160, 1.0, rough_glass(0.3);
     floor_seen_through_glass, 320, 6.0, floor_under_glass();
+    mixture_seen_through_glass, 160, 8.0, mixture_under_glass();
     smooth_metal, 96, 1.0, metal(0.0);
     rough_metal, 96, 1.0, metal(0.3);
+    metal_of_a_colour_alone, 96, 1.0, metal_of_a_colour(0.3);
     metals_in_water, 160, 1.0, metal_in_water();
     thin_panes, 96, 1.0, pane();
     mixtures, 96, 1.0, mixture();
+    thin_films, 96, 1.0, films();
+    a_film_on_plain_glass, 96, 1.0, film_on_plain_glass();
+    coated_smoothly, 96, 1.0, coated_paint(0.0);
+    coated_roughly, 96, 1.0, coated_paint(0.2);
+    metals_under_coats, 96, 1.0, coated_metals();
+    light_on_a_coat, 96, 1.5, caustic_on_coat();
+    light_off_a_coat, 192, 5.0, caustic_off_coat();
     nested_glasses, 160, 1.0, nested();
     matched_glasses, 160, 1.0, matched();
     absorbing_glass, 96, 1.0, absorbing();
@@ -291,6 +378,7 @@ agree! {
     pictures_on_surfaces, 96, 1.0, textures::surfaces();
     a_picture_on_a_lamp, 160, 1.2, textures::lamps();
     maps_of_normals, 96, 1.0, textures::normals();
+    roughness_that_varies, 32, 3.0, textures::roughness();
     one_bin, 96, 1.0, bins(1);
 }
 

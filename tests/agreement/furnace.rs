@@ -3,9 +3,12 @@
 
 use crate::compare::{against, agree, gpu, pairs};
 use crate::support::*;
+use abbe::bsdf::coat::Coat;
+use abbe::bsdf::energy::EnergyTable;
 use abbe::scene::*;
 use abbe::spectrum::{Formula, Ior, Spectrum};
 use glam::{DVec3, dvec3};
+use std::f64::consts::PI;
 
 /// A view of what `fill` adds, in uniform light of radiance 1.
 fn furnace(fill: impl Fn(&mut Scene)) -> Scene {
@@ -92,6 +95,59 @@ fn rough_surfaces_in_uniform_light_cannot_be_seen() {
         shape(s, m, sphere(DVec3::ZERO, 1.0));
     });
     cannot_be_seen("rough mirror", &mirror, 128);
+    for alpha in [0.0, 0.3] {
+        let coated = furnace(|s| {
+            let white = material(s, Material::Diffuse { reflectance: flat(1.0).into() });
+            let m = material(s, Material::Coated { base: white, ior: flint(), alpha });
+            shape(s, m, sphere(DVec3::ZERO, 1.0));
+        });
+        cannot_be_seen(&format!("white under a coat {alpha}"), &coated, 32);
+    }
+}
+
+/// Uniform light mirrored at 40 degrees by titanium with an oxide on it: in each of 20 bins what Airy's formula says.
+#[test]
+fn a_film_on_metal_has_its_colours() {
+    let mut s = scene(16, 16, 20, orthographic(dvec3(0.0, 40f64.to_radians().cos(), 40f64.to_radians().sin()), DVec3::ZERO, 0.1));
+    let metal = material(&mut s, Material::Conductor { eta: flat(1.9), k: flat(2.6), alpha: 0.0 });
+    let film = Film { ior: Ior::constant(2.5), thickness_nm: 160.0 };
+    s.films.insert(metal, film.clone());
+    shape(&mut s, metal, disc(DVec3::ZERO, DVec3::Y, 1.0));
+    s.lights.push(Light::Constant { radiance: flat(1.0) });
+    let figures = gpu(&s, 3, 64).figures();
+    for (bin, f) in figures.bins.iter().enumerate() {
+        let at = |i: u32| s.film.bins.edge_nm(bin as u32) + s.film.bins.width_nm() * (f64::from(i) + 0.5) / 100.0;
+        let exact =
+            (0..100).map(|i| film.between(1.0, (1.9, 2.6), at(i)).reflectance(40f64.to_radians().cos())).sum::<f64>() / 100.0;
+        assert!((f.mean - exact).abs() < threshold(20, f.dof) * f.error + 1e-4, "bin {bin}: {f:?} instead of {exact}");
+        assert!(f.error < 2e-3, "bin {bin}: {f:?} tells nothing");
+    }
+}
+
+/// Parallel light on a floor seen from straight above through a pane that hardly reflects: only gathering finds it, as much of it as coats let in and out.
+#[test]
+fn paint_under_a_coat_seen_through_glass_is_as_bright_as_its_coat_lets_it_be() {
+    let (rho, mu) = (0.5, 30f64.to_radians().cos());
+    for alpha in [0.0, 0.4] {
+        let mut s = scene(16, 16, 4, orthographic(dvec3(0.0, 1.0, 0.0), DVec3::ZERO, 0.5));
+        s.materials[0] = Material::Diffuse { reflectance: flat(rho).into() };
+        let coated = material(&mut s, Material::Coated { base: 0, ior: Ior::constant(2.0), alpha });
+        let floor = material(&mut s, Material::Mix { a: coated, b: 0, weight: flat(0.75).into() });
+        shape(&mut s, floor, disc(DVec3::ZERO, DVec3::Y, 2.0));
+        let pane = glass(&mut s, solid("pane", 1.005, 1), 0.0);
+        shape(&mut s, pane, cuboid(dvec3(-5.0, 0.4, -5.0), dvec3(5.0, 0.5, 5.0)));
+        let direction = dvec3(0.5, -mu, 0.0);
+        s.lights.push(Light::Beam { origin: direction * -1.5, direction, radius: 1.0, irradiance: flat(1.0) });
+        let energy = EnergyTable::coat(alpha);
+        let coat = Coat { eta: 2.0, rough: (alpha > 0.0).then_some((alpha, &energy)) };
+        let exact = mu / PI * (0.75 * coat.over_diffuse(rho, mu, 1.0) + 0.25 * rho);
+        for (bin, f) in gpu(&s, 3, 8).figures().bins.iter().enumerate() {
+            let limit = threshold(4, f.dof) * f.error + 5e-3 * exact;
+            println!("coat {alpha}: bin {bin}: {} +- {}, exact {exact}", f.mean, f.error);
+            assert!((f.mean - exact).abs() < limit, "coat {alpha}: bin {bin}: {f:?} instead of {exact}");
+            assert!(f.error < 5e-3 * exact, "coat {alpha}: bin {bin}: {f:?} tells nothing");
+        }
+    }
 }
 
 #[test]

@@ -100,6 +100,35 @@ pub fn lamps() -> Scene {
     s
 }
 
+/// A floor of metal, a lacquered wall and a glass ball whose roughness varies, floor and wall with pictures of their colours, around a lamp.
+pub fn roughness() -> Scene {
+    let mut s = room(4, 16);
+    s.max_depth = 16;
+    s.shapes.clear();
+    let colours = image(&COLOURS, 3, upsample::reflectance_texel);
+    let levels = 2..9;
+    let values = [0.15, 0.5, 0.16, 0.3, 0.45, 0.2].map(|v| [0.0, 0.0, 0.0, 2.0 * v]);
+    let values = Arc::new(Image { width: 3, height: 2, texels: values.to_vec() });
+    let graded = |s: &mut Scene, make: &dyn Fn(f64) -> Material| {
+        let first = s.materials.len();
+        s.materials.extend(levels.clone().map(|level| make((level as f64 / abbe::scene::roughness::STEPS as f64).powi(2))));
+        let roughness = on(texture(values.clone(), [Wrap::Mirror; 2], [[0.8, 0.3, 0.0], [-0.2, 0.9, 0.1]]));
+        material(s, Material::Graded { first, levels: levels.clone(), roughness })
+    };
+    let picture = on(texture(colours, [Wrap::Repeat; 2], [[0.7, 0.0, 0.0], [0.0, 0.7, 0.2]]));
+    let metal = graded(&mut s, &|alpha| Material::ColoredConductor { reflectance: picture.clone(), alpha });
+    shape(&mut s, metal, quad(dvec3(-2.0, 0.0, 2.0), DVec3::X * 4.0, DVec3::Z * -3.0));
+    s.interiors.push(Interior { ior: flint(), ..solid("flint", 1.0, 1) });
+    let glass = graded(&mut s, &|alpha| Material::Dielectric { interior: 1, alpha });
+    shape(&mut s, glass, ball(dvec3(0.4, 0.4, 0.3), 0.35));
+    let paint = material(&mut s, Material::Diffuse { reflectance: picture.clone() });
+    let coat = graded(&mut s, &|alpha| Material::Coated { base: paint, ior: flint(), alpha });
+    shape(&mut s, coat, quad(dvec3(-2.0, 0.0, -1.0), DVec3::X * 4.0, DVec3::Y * 3.0));
+    // Its mirror images are as wide as what they are seen in is rough.
+    lamp(&mut s, sphere(dvec3(-0.4, 0.8, 0.0), 0.25), ramp(2.0, 4.0));
+    s
+}
+
 /// A wall, a metal ball and a glass ball, all with maps of normals.
 pub fn normals() -> Scene {
     let mut s = room(4, 16);

@@ -7,6 +7,7 @@
 //! `ABBE_SWEEP` is the number of inputs of each routine; `tools/soak` takes 10^6.
 
 use crate::support::*;
+use abbe::bsdf::film::Stack;
 use abbe::bsdf::{fresnel, phase};
 use abbe::gpu::{Gpu, GpuScene, Resource};
 use abbe::integrator::{Plan, Techniques};
@@ -141,6 +142,34 @@ fn reflectance_of_metals_is_that_of_inputs_a_few_units_away() {
         backward_error(r[0], |[c, eta, k]| fresnel::conductor(c.clamp(0.0, 1.0), eta, k), [c, eta, k], [1.0, eta, k])
     });
     held("metal", &inputs, errors, 8.0);
+}
+
+/// The phase of a film is rounded before its sine is taken, so that a bound on the result itself is what can be held here.
+#[test]
+fn films_reflect_what_they_do_in_double_precision() {
+    let gpu = Gpu::open(None).unwrap();
+    let mut random = Random(6);
+    let inputs: Vec<Vec4> = (0..sweep())
+        .flat_map(|i| {
+            let near = (random.next() * 3.0).floor();
+            let cos = close_to(&mut random, [0.0, 0.5, 1.0][near as usize]) as f32;
+            let [near, film, far] = [1.0 + 0.5 * random.next(), 1.0 + 1.5 * random.next(), 1.0 + 2.0 * random.next()];
+            let [waves, k] = [3.0 * random.next(), [0.0, 5.0 * random.next()][i % 2]];
+            [Vec4::new(cos, near as f32, film as f32, waves as f32), Vec4::new(far as f32, k as f32, 0.0, 0.0)]
+        })
+        .collect();
+    let body = "result = fresnel_film(a.x, vec4f(a.y), vec4f(a.z), vec4f(a.w), vec4f(b.x), vec4f(b.y));";
+    let features = Plan::new(&scene_of(json!({})), Techniques::default()).camera;
+    let head = head(false) + &shader_file("bsdf/film.wgsl", &features);
+    let mut worst = 0.0f64;
+    for (v, r) in inputs.chunks_exact(2).zip(run(&gpu, &head, body, 2, &inputs, &[])) {
+        let [near, film, waves] = [v[0].y, v[0].z, v[0].w].map(f64::from);
+        let stack = Stack { near, film, waves, far: (f64::from(v[1].x), f64::from(v[1].y)) };
+        let off = (r[0] - stack.reflectance(f64::from(v[0].x))).abs();
+        assert!(off < 1e-3, "{stack:?} at {}: {} is off by {off}", v[0].x, r[0]);
+        worst = worst.max(off);
+    }
+    println!("films: off by {worst:.1e} at most");
 }
 
 #[test]

@@ -277,6 +277,15 @@ fn interiors_are_counted_from_the_geometry() {
     shape(&mut s, 0, disc(dvec3(0.0, 1.5, 0.0), DVec3::Y, 5.0));
     let points = [DVec3::ZERO, dvec3(0.0, 1.2, 0.0), dvec3(0.0, -5.0, 0.0), dvec3(0.0, 5.0, 0.0)];
     assert_eq!(initial_interiors(&s, &points), [vec![1, 2], vec![1], vec![], vec![]]);
+    // Glass is glass whatever its normals and its roughness.
+    let image = Arc::new(texture::Image { width: 1, height: 1, texels: vec![[0.0, 0.0, 1.0, 1.0]] });
+    let to_image = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let (wrap, factor) = ([texture::Wrap::Repeat; 2], flat(1.0));
+    let picture = Arc::new(texture::ImageTexture { image, wrap, nearest: false, to_image, factor, cutoff: None });
+    s.shapes[0].material = material(&mut s, Material::NormalMapped { base: outer, normals: picture.clone() });
+    s.shapes[1].material =
+        material(&mut s, Material::Graded { first: outer + 1, levels: 5..6, roughness: Texture::Image(picture) });
+    assert_eq!(initial_interiors(&s, &points), [vec![1, 2], vec![1], vec![], vec![]]);
 }
 
 #[test]

@@ -61,7 +61,11 @@ fn near(a: [f64; 3], b: [f64; 3]) {
 }
 
 fn reflectance(scene: &Scene) -> &Texture {
-    let Material::Diffuse { reflectance } = &scene.materials[scene.shapes[0].material] else { panic!("not diffuse") };
+    let mut material = &scene.materials[scene.shapes[0].material];
+    if let Material::Coated { base, .. } = material {
+        material = &scene.materials[*base];
+    }
+    let Material::Diffuse { reflectance } = material else { panic!("not diffuse") };
     reflectance
 }
 
@@ -210,7 +214,7 @@ fn gltf_alpha_masks_and_blends() {
             json!({"alphaMode": mode, "pbrMetallicRoughness": {"metallicFactor": 0, "baseColorTexture": {"index": 1}}});
         let scene = folder.gltf(&document(material)).unwrap();
         let Material::Mix { a, b, weight } = &scene.materials[scene.shapes[0].material] else { panic!("not a mixture") };
-        assert!(matches!(scene.materials[*a], Material::Diffuse { .. }));
+        assert!(matches!(scene.materials[*a], Material::Coated { .. }));
         assert!(matches!(scene.materials[*b], Material::Boundary { interior: None }));
         let centres = [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)];
         let found = centres.map(|(u, v)| weight.eval(500.0, dvec2(u, v)));
@@ -231,13 +235,18 @@ fn gltf_metal_transmission_and_emission_have_pictures() {
     let Material::Mix { a: metal, b: rest, weight: metallic } = &scene.materials[scene.shapes[0].material] else {
         panic!("no mixture")
     };
-    assert!(
-        matches!(scene.materials[*metal], Material::Conductor { alpha, .. } if (alpha - 0.0625).abs() < 1e-9),
-        "half rough at half"
-    );
+    let Material::Graded { first, levels, roughness } = &scene.materials[*metal] else { panic!("of one roughness") };
+    let widths = levels.clone().map(|level| match &scene.materials[first + level - levels.start] {
+        Material::ColoredConductor { alpha, .. } => *alpha,
+        other => panic!("{other:?} is not metal"),
+    });
+    let expected = (0..9).map(|level| (f64::from(level) / 16.0).powi(2));
+    assert!(widths.eq(expected), "from 0 to 0.5 in steps of 1/16");
+    assert_eq!([dvec2(0.25, 0.25), dvec2(0.75, 0.25)].map(|uv| roughness.eval(500.0, uv)), [0.0, 0.5]);
     let Material::Mix { a: glass, b: paint, weight: clear } = &scene.materials[*rest] else { panic!("no mixture below") };
-    assert!(matches!(scene.materials[*glass], Material::Dielectric { .. }));
-    assert!(matches!(scene.materials[*paint], Material::Diffuse { .. }));
+    let Material::Graded { first, .. } = scene.materials[*glass] else { panic!("of one roughness") };
+    assert!(matches!(scene.materials[first], Material::Dielectric { .. }));
+    assert!(matches!(scene.materials[*paint], Material::Graded { .. }));
     // Blue says how metallic, red how clear.
     let [red, blue] = [dvec2(0.25, 0.25), dvec2(0.25, 0.75)];
     assert_eq!((metallic.eval(500.0, red), metallic.eval(500.0, blue)), (0.0, 1.0));
@@ -250,6 +259,118 @@ fn gltf_metal_transmission_and_emission_have_pictures() {
     for (uv, share) in [(red, 0.2126), (dvec2(0.75, 0.25), 0.5 * 0.7152), (blue, 0.0722)] {
         assert!((luminance(uv) - 100.0 * share).abs() < 0.3, "{} instead of {}", luminance(uv), 100.0 * share);
     }
+}
+
+/// The mixture that a material of these extensions is, and its parts.
+fn gltf_coats(folder: &Folder, metallic: f64, extensions: Value) -> (Scene, [usize; 2], f64) {
+    let pbr = json!({"metallicFactor": metallic, "roughnessFactor": 0.5});
+    let scene = folder.gltf(&document(json!({"pbrMetallicRoughness": pbr, "extensions": extensions}))).unwrap();
+    let Material::Mix { a, b, weight } = &scene.materials[scene.shapes[0].material] else { panic!("no mixture") };
+    let (parts, share) = ([*a, *b], weight.average(500.0));
+    (scene, parts, share)
+}
+
+#[test]
+fn gltf_gloss_is_a_coat_and_a_clear_coat_lies_on_paint_and_metal() {
+    let folder = Folder::new("coats");
+    let specular = json!({"KHR_materials_specular": {"specularFactor": 0.25, "specularColorFactor": [1, 0, 0]}, "KHR_materials_ior": {"ior": 1.8}});
+    let (scene, [glossy, paint], share) = gltf_coats(&folder, 0.0, specular);
+    let Material::Coated { base, ior, alpha } = &scene.materials[glossy] else { panic!("no coat") };
+    assert_eq!((*base, ior.eval(500.0), *alpha, share), (paint, 1.8, 0.25, 0.25));
+    assert!(scene.notes.iter().any(|n| n.contains("colour of specular reflection")), "{:?}", scene.notes);
+    let lacquer = json!({"KHR_materials_clearcoat": {"clearcoatFactor": 0.75, "clearcoatRoughnessFactor": 0.1}});
+    for metallic in [0.0, 1.0] {
+        let (scene, [lacquered, bare], share) = gltf_coats(&folder, metallic, lacquer.clone());
+        let Material::Coated { base, ior, alpha } = &scene.materials[lacquered] else { panic!("no coat") };
+        assert!(share == 0.75 && ior.eval(500.0) == 1.5 && (alpha - 0.01).abs() < 1e-9, "{share} {alpha}");
+        match &scene.materials[*base] {
+            Material::Diffuse { .. } => assert!(matches!(scene.materials[bare], Material::Coated { base: b, .. } if b == *base)),
+            Material::ColoredConductor { .. } => assert_eq!((bare, metallic), (*base, 1.0)),
+            other => panic!("{other:?} under a coat"),
+        }
+        assert!(scene.notes.iter().all(|n| !n.contains("ignored")), "{:?}", scene.notes);
+    }
+}
+
+#[test]
+fn gltf_iridescence_is_a_film_on_metal_and_glass() {
+    let folder = Folder::new("films");
+    let film = json!({"iridescenceFactor": 0.5, "iridescenceIor": 1.8, "iridescenceThicknessMaximum": 300});
+    let glass = json!({"transmissionFactor": 1});
+    for (metallic, roughness) in [(1.0, 0.5), (0.0, 0.0)] {
+        let pbr = json!({"metallicFactor": metallic, "roughnessFactor": roughness});
+        let extensions = json!({"KHR_materials_iridescence": film, "KHR_materials_transmission": glass, "KHR_materials_volume": {"thicknessFactor": 1}});
+        let scene = folder.gltf(&document(json!({"pbrMetallicRoughness": pbr, "extensions": extensions}))).unwrap();
+        let Material::Mix { a, b, weight } = &scene.materials[scene.shapes[0].material] else { panic!("no mixture") };
+        assert_eq!(weight.average(500.0), 0.5);
+        assert_eq!(scene.films[a], abbe::scene::Film { ior: abbe::spectrum::Ior::constant(1.8), thickness_nm: 300.0 });
+        assert!(!scene.films.contains_key(b));
+        match &scene.materials[*a] {
+            Material::Conductor { alpha, .. } => assert_eq!((metallic, *alpha), (1.0, 0.25)),
+            Material::Dielectric { alpha, .. } => assert_eq!((metallic, *alpha), (0.0, 0.0)),
+            other => panic!("a film on {other:?}"),
+        }
+    }
+    let pbr = json!({"metallicFactor": 0});
+    let paint = json!({"pbrMetallicRoughness": pbr, "extensions": {"KHR_materials_iridescence": film}});
+    let scene = folder.gltf(&document(paint)).unwrap();
+    assert!(
+        scene.films.is_empty() && scene.notes.iter().any(|n| n.contains("iridescence of what is neither")),
+        "{:?}",
+        scene.notes
+    );
+}
+
+#[test]
+fn films_lie_on_smooth_glass_and_known_metal() {
+    let folder = Folder::new("scene-films");
+    let scene = |material: &str| folder.scene(&scene_with("materials", &format!(r#"{{"m": {material}}}"#)));
+    let soap = scene(r#"{"thin_dielectric": {"ior": 1.33, "thickness": 400}}"#).unwrap();
+    assert_eq!((soap.films[&0].thickness_nm, soap.films[&0].ior.eval(500.0)), (400.0, 1.33));
+    let oxide = scene(r#"{"conductor": {"metal": "Ti", "alpha": 0.2, "thin_film": {"thickness": 120, "ior": 2.5}}}"#).unwrap();
+    assert_eq!(oxide.films[&0].thickness_nm, 120.0);
+    for (bad, says) in [
+        (r#"{"dielectric": {"ior": 1.5, "alpha": 0.1, "thin_film": {"thickness": 120, "ior": 1.3}}}"#, "a film on rough glass"),
+        (r#"{"conductor": {"reflectance": 0.5, "thin_film": {"thickness": 120, "ior": 1.3}}}"#, "depends on the metal's index"),
+        (
+            r#"{"dielectric": {"ior": 1.5, "thin_film": {"thickness": 1e5, "ior": 1.3}}}"#,
+            "$.materials.m.dielectric.thin_film.thickness",
+        ),
+        (r#"{"dielectric": {"ior": 1.5, "thin_film": {"ior": 1.3}}}"#, "thickness"),
+    ] {
+        let line = scene(bad).unwrap_err().to_string();
+        assert!(line.contains(says), "{line}");
+    }
+}
+
+#[test]
+fn scenes_put_pictures_of_roughness_on_glass_metal_and_coats() {
+    let folder = Folder::new("rough");
+    folder.write("r.png", &png(2, &[[0, 128, 0, 255], [255, 191, 255, 255]]));
+    let scene = |materials: &str| {
+        let text = scene_with("materials", materials);
+        folder.scene(&text.replace(r#"[{"sphere": {"center": [0, 0, 0], "radius": 1}, "material": "m"}]"#, QUAD))
+    };
+    for (kind, more) in
+        [("dielectric", r#""ior": 1.5"#), ("conductor", r#""metal": "Al""#), ("coated", r#""of": "p", "ior": 1.5"#)]
+    {
+        let rough = format!(r#""p": {{"diffuse": {{"reflectance": 0.5}}}}, "m": {{"{kind}": {{{more}, "roughness": ROUGH}}}}"#);
+        let scene = |roughness: &str| scene(&format!("{{{}}}", rough.replace("ROUGH", roughness)));
+        let good = scene(r#"{"texture": "r.png", "filter": "nearest"}"#).unwrap();
+        let Material::Graded { levels, roughness, .. } = &good.materials[good.shapes[0].material] else { panic!("{kind}") };
+        assert_eq!(*levels, 8..13, "green is within a half and three quarters");
+        assert!((roughness.eval(500.0, dvec2(0.75, 0.5)) - 191.0 / 255.0).abs() < 1e-6);
+        let one = scene("0.2").unwrap();
+        let alpha = match &one.materials[one.shapes[0].material] {
+            Material::Dielectric { alpha, .. } | Material::Conductor { alpha, .. } | Material::Coated { alpha, .. } => *alpha,
+            other => panic!("{other:?}"),
+        };
+        assert!((alpha - 0.04).abs() < 1e-12);
+        let line = scene(r#"0.2, "alpha": 0.1"#).unwrap_err().to_string();
+        assert!(line.contains("keep one of the two"), "{line}");
+    }
+    let line = scene(r#"{"m": {"coated": {"of": "g", "ior": 1.5}}, "g": {"dielectric": {"ior": 1.5}}}"#).unwrap_err().to_string();
+    assert!(line.contains("a coat lies on paint or metal"), "{line}");
 }
 
 #[test]
@@ -305,7 +426,7 @@ fn gltf_maps_of_normals_lean_to_the_right_and_up_the_picture() {
     document["images"][0]["uri"] = json!(format!("data:image/png;base64,{}", crate::gltf::base64(&picture)));
     let scene = folder.gltf(&document).unwrap();
     let Material::NormalMapped { base, normals } = &scene.materials[scene.shapes[0].material] else { panic!("no normals") };
-    assert!(matches!(scene.materials[*base], Material::Conductor { .. }));
+    assert!(matches!(scene.materials[*base], Material::ColoredConductor { .. }));
     let Geometry::Mesh(mesh) = &scene.shapes[0].geometry else { panic!("not a mesh") };
     // The square lies in x and y, its picture upright; it looks along z.
     let at = |u: f64, v: f64| mesh.mapped_normal(0, dvec2(u, v), DVec3::Z, DVec3::Z, normals);
