@@ -34,20 +34,15 @@ can_install() {
     command -v apt-get >/dev/null && { [ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null; }
 }
 
-# apt LOG ARGUMENT...: apt-get as root, its output in LOG.
-apt() {
-    local as=() log=$1
-    shift
-    [ "$(id -u)" = 0 ] || as=(sudo -n)
-    "${as[@]}" env DEBIAN_FRONTEND=noninteractive apt-get "$@" >"$log" 2>&1
-}
-
 # apt_install PACKAGE...
 apt_install() {
+    local as=()
+    [ "$(id -u)" = 0 ] || as=(sudo -n)
     # The output is shown only when something goes wrong.
     local log
     log=$(mktemp)
-    if apt "$log" update && apt "$log" install -y --no-install-recommends "$@"; then
+    if "${as[@]}" apt-get update >"$log" 2>&1 &&
+        "${as[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "$@" >"$log" 2>&1; then
         rm -f "$log"
     else
         cat "$log" >&2
@@ -55,25 +50,6 @@ apt_install() {
         say "apt-get could not install $*; install them by hand, then run this again"
         return 2
     fi
-}
-
-# apt_install_newer PACKAGE...: from the backports of Debian 12, whose Mesa is 1.3 times as fast (25.0 for 22.3). The system's list of sources stays as it
-# is: this one serves this installation only. False, and nothing changed, if they cannot be had from there.
-apt_install_newer() {
-    local release="" sources log
-    [ ! -r /etc/os-release ] || release=$(. /etc/os-release && echo "${ID:-}-${VERSION_CODENAME:-}")
-    [ "$release" = debian-bookworm ] && [ -d /etc/apt/sources.list.d ] || return 1
-    sources=$(mktemp -d) && log=$(mktemp) || return 1
-    cp /etc/apt/sources.list.d/* "$sources" 2>/dev/null || true
-    printf '%s\n' 'Types: deb' 'URIs: http://deb.debian.org/debian' 'Suites: bookworm-backports' 'Components: main' \
-        'Signed-By: /usr/share/keyrings/debian-archive-keyring.gpg' >"$sources/backports.sources"
-    chmod -R a+rX "$sources"
-    local there=(-o "Dir::Etc::SourceParts=$sources" -o Acquire::Retries=1 -o Acquire::http::Timeout=20)
-    apt "$log" "${there[@]}" update &&
-        apt "$log" "${there[@]}" install -y --no-install-recommends -t bookworm-backports "$@"
-    local result=$?
-    rm -rf "$sources" "$log"
-    return $result
 }
 
 # Makes sure of cargo and a linker.
@@ -98,7 +74,7 @@ need_vulkan() {
     have_vulkan && return 0
     if can_install; then
         say "no Vulkan adapter found; installing the software driver (mesa-vulkan-drivers, libvulkan1)"
-        apt_install_newer mesa-vulkan-drivers libvulkan1 || apt_install mesa-vulkan-drivers libvulkan1
+        apt_install mesa-vulkan-drivers libvulkan1
     else
         say "no Vulkan adapter found, and no right to install one; as root: apt-get install mesa-vulkan-drivers libvulkan1"
         say "(--device reference renders without an adapter)"
