@@ -23,7 +23,7 @@ pub(super) fn cases() -> Vec<Case> {
     let flint = json!({"cauchy": [1.6, 0.03]});
     vec![
         furnace("furnace-smooth", "smooth glass", json!({"glass": glass(json!(1.5), 0.0)}), json!([ball]), 16),
-        furnace("furnace-dispersive", "dispersive glass with edges", json!({"glass": glass(flint, 0.0)}), json!([cube]), 128),
+        furnace("furnace-dispersive", "dispersive glass with edges", json!({"glass": glass(flint, 0.0)}), json!([cube]), 256),
         furnace("furnace-rough", "rough glass", json!({"glass": glass(json!(1.5), 0.4)}), json!([ball]), 64),
         furnace("furnace-nested", "a bubble of air in glass in water", volumes, nested, 16),
         closed_box(),
