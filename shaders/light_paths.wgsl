@@ -1,5 +1,5 @@
-// The light pass: caustics. Paths from the lights that meet something that bends them first are joined to the sensor wherever they scatter after that, and
-// to the visible points of the camera pass. One invocation traces one path of each pass.
+// The light pass, where anything bends light: paths from the lights are joined to the sensor wherever they scatter, and gathered at the visible points of
+// the camera pass. One invocation traces one path of each pass.
 #include "common/math.wgsl"
 #include "common/sampler.wgsl"
 #include "common/bindings.wgsl"

@@ -37,6 +37,14 @@ fn frame_around(n: vec3f) -> mat3x3f {
     return mat3x3f(vec3f(1.0 + s * n.x * n.x * a, s * b, -s * n.x), vec3f(b, s + n.y * n.y * a, -n.y), n);
 }
 
+// Likewise, the tangent level and the bitangent upright (along z, around directions that are upright themselves): as edges tend to be, so that the guide
+// finds them along its axes.
+fn level_frame(n: vec3f) -> mat3x3f {
+    let up = select(vec3f(0.0, 1.0, 0.0), vec3f(0.0, 0.0, 1.0), abs(n.y) > 0.9999);
+    let level = normalize(cross(up, n));
+    return mat3x3f(level, cross(n, level), n);
+}
+
 // Unit disc, area-preserving (Shirley & Chiu 1997).
 fn sample_disc(u: vec2f) -> vec2f {
     let p = 2.0 * u - 1.0;

@@ -63,10 +63,7 @@ fn sample_target(p: vec3f, total: f32, u: vec2f) -> vec3f {
     let solid_angle = target_solid_angle(chosen, p);
     let v = target_at(chosen).xyz - p;
     let axis = select(normalize(v), vec3f(0.0, 0.0, 1.0), dot(v, v) == 0.0);
-    // Level and upright, as edges tend to be: along the axes of the guide.
-    let level = select(normalize(cross(vec3f(0.0, 1.0, 0.0), axis)), vec3f(1.0, 0.0, 0.0), abs(axis.y) > 0.9999);
-    let upright = cross(axis, level);
-    return normalize(mat3x3f(level, upright, axis) * sample_cone(vec2f(min(left / solid_angle, 1.0), u.y), solid_angle / (2.0 * PI)));
+    return normalize(level_frame(axis) * sample_cone(vec2f(min(left / solid_angle, 1.0), u.y), solid_angle / (2.0 * PI)));
 }
 #endif
 

@@ -6,6 +6,7 @@ mod counters;
 mod counts;
 mod determinism;
 mod develop;
+mod directions;
 mod errors;
 mod intersect;
 mod plan;
