@@ -163,7 +163,7 @@ impl Comparison {
         let flip = flip(&rgb(&xyz_b), &rgb(&xyz_a), a.image.width, PIXELS_PER_DEGREE);
         Comparison {
             luminance_rmse: rmse(&ya, &yb),
-            luminance_relative_mse: relative_mse(&ya, &yb, &b.variance(&column(1))),
+            luminance_relative_mse: relative_mse(&ya, &yb, &b.luminance_variance(&column(1))),
             luminance: [ya, yb],
             bins,
             exposure,

@@ -69,6 +69,15 @@ impl Measurement {
         }
     }
 
+    /// The variance of [`Measurement::weighted`] where `weights` make it luminance, cd m^-2. Paths that carry all wavelengths make the errors of bins alike,
+    /// so that of luminance does not follow from them: it is taken from the file where it has it, and from bins as if they were independent where not.
+    pub fn luminance_variance(&self, weights: &[(usize, f64)]) -> Vec<f64> {
+        match self.image.other("error.Y").filter(|errors| errors.iter().all(|e| e.is_finite())) {
+            Some(errors) => errors.iter().map(|e| f64::from(*e).powi(2)).collect(),
+            None => self.variance(weights),
+        }
+    }
+
     /// Mean of a wavelength over all pixels, with its variance and the degrees of freedom of that; `None` where no error is known.
     pub fn mean(&self, bin: usize) -> (f64, Option<(f64, f64)>) {
         let bins = self.image.bins();

@@ -1,6 +1,9 @@
 //! `abbe compare` on files whose differences are known.
 
 use super::support::{Folder, fails, text, write_film};
+use abbe::color::bins::bin_weights;
+use abbe::scene::Bins;
+use abbe::spectrum::library::Observer;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
 
@@ -53,6 +56,24 @@ fn a_file_agrees_with_itself_in_everything() {
     assert_eq!((number(&said["luminance"]["rmse"]), number(&said["flip"]["max"])), (0.0, 0.0));
     assert_eq!(said["bins"]["rmse"], json!([0.0, 0.0, 0.0, 0.0]));
     assert_eq!((number(&said["delta_e_2000"]["max"]), number(&said["z"]["worst"])), (0.0, 0.0));
+}
+
+/// All bins of a pixel err alike, since paths carry all wavelengths: luminance errs as they do, not less.
+#[test]
+fn the_references_own_error_of_luminance_is_taken_off_whole() {
+    let folder = Folder::new("compare-net");
+    let bins = Bins { min_nm: 380.0, max_nm: 780.0, count: SIZE.2 };
+    let xyz = bin_weights(&bins, Observer::Cie1931).iter().fold([0.0; 3], |sum, w| [0, 1, 2].map(|i| sum[i] + w[i]));
+    let of = |c: usize, radiance: f64| if c < SIZE.2 as usize { radiance } else { radiance * xyz[c - SIZE.2 as usize] };
+    let batch = |i: u64| move |p: usize, c: usize| of(c, 1.0 + 0.5 * normal(1024 * i + p as u64));
+    let batches: Vec<_> = (0..16).map(batch).collect();
+    let batches: Vec<&dyn Fn(usize, usize) -> f64> = batches.iter().map(|b| b as &dyn Fn(usize, usize) -> f64).collect();
+    write_film(&folder.0.join("noisy.exr"), SIZE, &batches);
+    write_film(&folder.0.join("exact.exr"), SIZE, &[&|_, c| of(c, 1.0), &|_, c| of(c, 1.0)]);
+    let net = number(&compare(&folder, &["exact.exr", "noisy.exr"]).1["luminance"]["relative_mse"]);
+    let gross = number(&compare(&folder, &["noisy.exr", "exact.exr"]).1["luminance"]["relative_mse"]);
+    assert!((gross / (0.25 / 16.0) - 1.0).abs() < 0.3, "{gross}");
+    assert!(net.abs() < 0.15 * gross, "{net} of {gross}");
 }
 
 #[test]

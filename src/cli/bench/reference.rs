@@ -74,13 +74,14 @@ impl Reference {
             return Err(Error::file(&self.path, problem, "render with the size and bins of the reference"));
         }
         // The error of a weighted sum of bins.
-        let score = |weights: &[(usize, f64)]| {
+        let score = |weights: &[(usize, f64)], variance: &[f64]| {
             let ours: Vec<f64> = (0..width * height).map(|p| weights.iter().map(|(b, w)| value(p, *b) * w).sum()).collect();
-            difference::relative_mse(&ours, &self.measured.weighted(weights), &self.measured.variance(weights))
+            difference::relative_mse(&ours, &self.measured.weighted(weights), variance)
         };
         let y: Vec<(usize, f64)> = bin_weights(bins, Observer::Cie1931).iter().map(|w| w[1]).enumerate().collect();
-        let per_bin = (0..count).map(|b| score(&[(b, 1.0)])).sum::<f64>() / count as f64;
-        Ok(RelativeMse { luminance: score(&y), bins: per_bin })
+        let of_bin = |b: usize| score(&[(b, 1.0)], &self.measured.variance(&[(b, 1.0)]));
+        let per_bin = (0..count).map(of_bin).sum::<f64>() / count as f64;
+        Ok(RelativeMse { luminance: score(&y, &self.measured.luminance_variance(&y)), bins: per_bin })
     }
 }
 
