@@ -369,7 +369,7 @@ agree! {
     orthographic_and_gaussian, 160, 1.0, orthographic_view();
     irradiance_on_a_plane, 96, 1.0, irradiance_plane();
     irradiance_on_a_sphere, 96, 1.0, irradiance_sphere();
-    camera_under_water, 96, 2.2, under_water();
+    camera_under_water, 96, 2.6, under_water();
     smooth_normals_diffuse, 96, 1.0, smooth_normals(|_| 0);
     smooth_normals_of_glass, 96, 1.0, smooth_normals(|s| glass(s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0));
     smooth_normals_of_rough_metal, 96, 1.0, smooth_normals(|s| {
@@ -378,7 +378,7 @@ agree! {
     pictures_on_surfaces, 96, 1.0, textures::surfaces();
     a_picture_on_a_lamp, 160, 1.0, textures::lamps();
     maps_of_normals, 96, 1.0, textures::normals();
-    roughness_that_varies, 32, 2.3, textures::roughness();
+    roughness_that_varies, 32, 2.6, textures::roughness();
     one_bin, 96, 1.0, bins(1);
 }
 

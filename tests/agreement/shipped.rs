@@ -92,6 +92,6 @@ agree! {
     newton, 128, 1.0, measured(shipped("newton.json", BINS), [-0.5, 1e-3, 0.5], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]);
     compare_newton, 128, 1.0, with_lamp(shipped("compare/newton.json", BINS), slit());
     compare_bunny_light, 256, 1.2, shipped("compare/bunny_light.json", BINS);
-    compare_nephroid, 128, 1.0, with_lamp(shipped("compare/nephroid.json", BINS), sphere([-7.0, 3.2, 0.0], 2.0));
+    compare_nephroid, 192, 1.0, with_lamp(shipped("compare/nephroid.json", BINS), sphere([-7.0, 3.2, 0.0], 2.0));
     compare_pool, 256, 3.5, with_lamp(shipped("compare/pool.json", BINS), sphere([3.5, 7.0, -2.0], 2.0));
 }
