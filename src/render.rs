@@ -19,7 +19,7 @@ pub trait Integrator {
 impl BatchStats {
     /// Samples and splats that are missing from the film, whatever the cause.
     pub fn dropped(&self) -> u64 {
-        self.dropped_not_finite + self.dropped_negative + self.dropped_saturated + self.unfinished
+        self.dropped_not_finite + self.dropped_negative + self.dropped_saturated + self.dropped_crowded + self.unfinished
     }
 }
 
@@ -46,6 +46,8 @@ pub struct BatchStats {
     pub dropped_negative: u64,
     /// Samples and splats dropped, or sums cut, because they are too large for the film.
     pub dropped_saturated: u64,
+    /// Paths and shadow rays that ended on the GPU where more than four volumes overlap.
+    pub dropped_crowded: u64,
     /// Paths cut at the greatest depth.
     pub truncated: u64,
     /// Samples lost because a driver ended the shader's loops: software drivers bound their turns.
@@ -97,6 +99,7 @@ impl std::ops::AddAssign for BatchStats {
         self.dropped_not_finite += b.dropped_not_finite;
         self.dropped_negative += b.dropped_negative;
         self.dropped_saturated += b.dropped_saturated;
+        self.dropped_crowded += b.dropped_crowded;
         self.truncated += b.truncated;
         self.unfinished += b.unfinished;
         self.camera_rays += b.camera_rays;

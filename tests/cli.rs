@@ -184,7 +184,7 @@ fn wrong_requests_fail_in_one_line_and_write_nothing() {
         (&["rendr"], &["rendr", "render"]),
         (&["render"], &["SCENE", "--help"]),
         (&["render", "ball.json", "--frobnicate"], &["--frobnicate"]),
-        (&["render", "ball.json", "--sp", "3"], &["--sp", "--spp"]),
+        (&["render", "ball.json", "--sp", "3"], &["'--sp' found; a similar argument", "--spp"]),
         (&["render", "ball.json", "--spp", "0"], &["--spp", "0"]),
         (&["render", "ball.json", "--spp", "many"], &["--spp", "many"]),
         (&["render", "ball.json", "--size", "640"], &["--size", "640x480"]),

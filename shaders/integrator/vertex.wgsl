@@ -189,6 +189,16 @@ fn is_opaque(kind: u32) -> bool {
 }
 #endif
 
+#if INTERIORS
+// Whether a path cannot go on, since too many volumes overlap beyond; counts it.
+fn is_crowded(sides: Sides) -> bool {
+    if (sides.crowded) {
+        atomicAdd(&counters[COUNTER_CROWDED], 1u);
+    }
+    return sides.crowded;
+}
+#endif
+
 // Takes the path over the segment that `hit` ends, and returns its next ray (a shadow ray if path.in_shadow).
 fn advance(ray: Ray, hit: Hit) -> Ray {
     draw_event();
@@ -254,6 +264,9 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
 #if INTERIORS
     if (m.interior != NONE) {
         let sides = cross_surface(inside, ray, s, m.interior, hit);
+        if (is_crowded(sides)) {
+            return end_path(ray);
+        }
         if (m.kind == MATERIAL_KIND_BOUNDARY || ruling_rank(sides.here) == ruling_rank(sides.beyond)) {
             inside = sides.beyond;
             return pass_through(ray, s);
@@ -305,7 +318,7 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
 #if INTERIORS
         if (m.interior != NONE) {
             let sides = cross_surface(shadow_inside, ray, s, m.interior, hit);
-            absent = absent || ruling_rank(sides.here) == ruling_rank(sides.beyond);
+            absent = (absent || ruling_rank(sides.here) == ruling_rank(sides.beyond)) && !is_crowded(sides);
             shadow_inside = sides.beyond;
         }
 #endif

@@ -28,20 +28,22 @@ fn ruling_interior(volumes: vec4u) -> u32 {
 struct Sides {
     here: vec4u,
     beyond: vec4u,
+    crowded: bool, // There are more than have room: what lies beyond is not known.
 }
 
 // Entering adds a volume, also one that is there already (two of a kind may overlap); leaving takes one away.
 fn cross_one(sides: Sides, interior: u32, enters: bool) -> Sides {
     let rank = interior_at(interior).rank;
     if (enters) {
-        return Sides(sides.here, with_interior(sides.beyond, rank));
+        return Sides(sides.here, with_interior(sides.beyond, rank), sides.crowded || all(sides.beyond != vec4u(0u)));
     }
-    return Sides(with_interior(without_interior(sides.here, rank), rank), without_interior(sides.beyond, rank));
+    let others = without_interior(sides.here, rank);
+    return Sides(with_interior(others, rank), without_interior(sides.beyond, rank), sides.crowded || all(others != vec4u(0u)));
 }
 
 // What `ray` crosses at `hit`. Surfaces that touch are crossed together: optical contact, whichever was found first.
 fn cross_surface(volumes: vec4u, ray: Ray, s: Surface, interior: u32, hit: Hit) -> Sides {
-    let sides = cross_one(Sides(volumes, volumes), interior, dot(ray.d, s.n) < 0.0);
+    let sides = cross_one(Sides(volumes, volumes, false), interior, dot(ray.d, s.n) < 0.0);
 #if CONTACT
     if (hit.contact != NONE) {
         let touched = material_at(material_of(hit.contact));

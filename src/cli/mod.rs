@@ -154,7 +154,8 @@ fn usage(e: &clap::Error) -> ExitCode {
                 .map(str::trim)
                 .filter(|line| !line.is_empty());
             let said: Vec<&str> = said.collect();
-            print::error(&format!("{}; try --help", said.join(" ").trim_start_matches("error: ")));
+            let said = said.join(" ").replace(" tip: ", "; ");
+            print::error(&format!("{}; try --help", said.trim_start_matches("error: ")));
             ExitCode::from(FAILED)
         }
     }

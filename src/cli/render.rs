@@ -235,14 +235,19 @@ impl Report<'_> {
             Ended::Samples | Ended::Time | Ended::Error => "",
         };
         let (setup, elapsed) = (duration(self.setup.as_secs_f64()), duration(p.elapsed.as_secs_f64()));
-        lines.push(format!("{}: {} samples per pixel in {elapsed}{ended}; set-up {setup}", self.scene.name, p.spp));
+        let samples = if p.spp == 1 { "1 sample".to_string() } else { format!("{} samples", p.spp) };
+        lines.push(format!("{}: {samples} per pixel in {elapsed}{ended}; set-up {setup}", self.scene.name));
         lines.push(format!("on {}: {}rays, {}rays/s", device.name, si(p.stats.rays as f64), si(p.rays_per_second)));
-        lines.push(format!("estimated relative error {} from {} batches", percent(p.relative_error), self.summary.batches));
+        lines.push(match self.summary.batches {
+            1 => "estimated relative error: not known from one batch".to_string(),
+            n => format!("estimated relative error {} from {n} batches", percent(p.relative_error)),
+        });
         lines.push(format!(
-            "dropped samples: {} not finite, {} negative, {} too large, {} ended by the driver; paths cut at depth {}: {} of {}",
+            "dropped samples: {} not finite, {} negative, {} too large, {} in too many overlapping volumes, {} ended by the driver; paths cut at depth {}: {} of {}",
             p.stats.dropped_not_finite,
             p.stats.dropped_negative,
             p.stats.dropped_saturated,
+            p.stats.dropped_crowded,
             p.stats.unfinished,
             self.scene.max_depth,
             p.stats.truncated,
@@ -281,7 +286,7 @@ impl Report<'_> {
             "rays": p.stats.rays,
             "rays_per_second": p.rays_per_second,
             "relative_error": p.relative_error.is_finite().then_some(p.relative_error),
-            "dropped": {"not_finite": p.stats.dropped_not_finite, "negative": p.stats.dropped_negative, "saturated": p.stats.dropped_saturated, "unfinished": p.stats.unfinished},
+            "dropped": {"not_finite": p.stats.dropped_not_finite, "negative": p.stats.dropped_negative, "saturated": p.stats.dropped_saturated, "crowded": p.stats.dropped_crowded, "unfinished": p.stats.unfinished},
             "truncated": p.stats.truncated,
             "total_flux": self.flux().map(|(watts, lumens)| json!({"watts": watts, "lumens": lumens})),
             "plan": self.device.integrator.describe().lines().collect::<Vec<_>>(),

@@ -129,12 +129,14 @@ shared_constants! {
     COUNTER_SATURATED = 4;
     /// Paths that the driver ended: Mesa's lavapipe leaves all loops of a shader after 65,535 turns.
     COUNTER_UNFINISHED = 5;
+    /// Paths and shadow rays that ended where more volumes overlap than they can keep in mind.
+    COUNTER_CROWDED = 6;
     /// BVH nodes tested, where that is counted.
-    COUNTER_NODES = 6;
+    COUNTER_NODES = 7;
     /// Primitives tested, likewise.
-    COUNTER_PRIMITIVES = 7;
+    COUNTER_PRIMITIVES = 8;
     /// Paths ended, by their scattering events: the first of [`COUNTED_DEPTHS`], likewise.
-    COUNTER_ENDED = 8;
+    COUNTER_ENDED = 9;
     /// The last of these counts all longer ones, too.
     COUNTED_DEPTHS = 16;
     /// Quanta of X, Y, Z are this much larger than those of bins, as their values are.

@@ -2,8 +2,8 @@
 
 use crate::error::Result;
 use crate::gpu::layout::{
-    COUNTER_ENDED, COUNTER_NEGATIVE, COUNTER_NODES, COUNTER_NOT_FINITE, COUNTER_PRIMITIVES, COUNTER_RAYS, COUNTER_SATURATED,
-    COUNTER_TRUNCATED, COUNTER_UNFINISHED, COUNTERS, Params,
+    COUNTER_CROWDED, COUNTER_ENDED, COUNTER_NEGATIVE, COUNTER_NODES, COUNTER_NOT_FINITE, COUNTER_PRIMITIVES, COUNTER_RAYS,
+    COUNTER_SATURATED, COUNTER_TRUNCATED, COUNTER_UNFINISHED, COUNTERS, Params,
 };
 use crate::gpu::{Gpu, Kernel, Resource, Timer};
 use crate::render::{BatchStats, Counts};
@@ -69,6 +69,7 @@ impl Job<'_> {
                 dropped_not_finite: at(COUNTER_NOT_FINITE),
                 dropped_negative: at(COUNTER_NEGATIVE),
                 dropped_saturated: at(COUNTER_SATURATED),
+                dropped_crowded: at(COUNTER_CROWDED),
                 truncated: at(COUNTER_TRUNCATED),
                 unfinished: at(COUNTER_UNFINISHED),
                 longest_dispatch: elapsed,

@@ -140,6 +140,7 @@ fn attributes(film: &Film, p: &Provenance) -> Vec<(&'static str, AttributeValue)
         ("abbe.droppedNotFinite", count(p.stats.dropped_not_finite)),
         ("abbe.droppedNegative", count(p.stats.dropped_negative)),
         ("abbe.droppedSaturated", count(p.stats.dropped_saturated)),
+        ("abbe.droppedCrowded", count(p.stats.dropped_crowded)),
         ("abbe.droppedUnfinished", count(p.stats.unfinished)),
         ("abbe.truncated", count(p.stats.truncated)),
     ]

@@ -13,7 +13,8 @@ pub const LARGEST_LENGTH: f64 = 1e9;
 
 /// Parses JSON text; nesting is limited to 128 by `serde_json`, and a key may appear once per object.
 pub fn parse(text: &str, file: &Path) -> Result<Value> {
-    let mut deserializer = serde_json::Deserializer::from_str(text);
+    // Editors on Windows put a byte order mark first, which readers may pass over (RFC 8259, 8.1).
+    let mut deserializer = serde_json::Deserializer::from_str(text.trim_start_matches('\u{feff}'));
     let value = Strict.deserialize(&mut deserializer).and_then(|v| deserializer.end().map(|()| v));
     value.map_err(|e| Error::Scene {
         file: file.to_path_buf(),

@@ -23,6 +23,7 @@ mod obj;
 mod picture;
 mod ply;
 pub mod roughness;
+mod sensor;
 mod shapes;
 mod spectra;
 pub mod texture;
@@ -34,6 +35,7 @@ pub use instance::Instance;
 pub(crate) use json::{quoted, suggest};
 pub use load::{LoadOptions, load, load_str};
 pub(crate) use mesh::read as read_mesh;
+pub use sensor::{Bins, FilmSettings, Filter, Sensor, WavelengthSampling};
 pub use texture::Texture;
 
 use crate::bsdf::film::Stack;
@@ -91,127 +93,6 @@ pub enum Estimator {
     Backward,
     /// From the lights to the sensor; sees diffuse surfaces and fog only.
     Forward,
-}
-
-/// Resolution, wavelength bins and reconstruction filter of the film.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FilmSettings {
-    /// Pixels across.
-    pub width: u32,
-    /// Pixels down.
-    pub height: u32,
-    /// The wavelength bins.
-    pub bins: Bins,
-    /// Pixel filter, in pixels.
-    pub filter: Filter,
-    /// Where in its stratum a path's wavelengths lie.
-    pub sampling: WavelengthSampling,
-    /// Exposure of the preview picture in stops; `None` chooses it from the picture.
-    pub exposure: Option<f64>,
-}
-
-/// `count` equal wavelength bins over `[min_nm, max_nm]`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bins {
-    /// Lower end, nm.
-    pub min_nm: f64,
-    /// Upper end, nm.
-    pub max_nm: f64,
-    /// Number of bins, 1 to 400.
-    pub count: u32,
-}
-
-impl Bins {
-    /// Width of one bin, nm.
-    pub fn width_nm(&self) -> f64 {
-        (self.max_nm - self.min_nm) / f64::from(self.count)
-    }
-
-    /// Lower edge of bin `i` (`i = count` gives the upper end of the range), nm.
-    pub fn edge_nm(&self, i: u32) -> f64 {
-        self.min_nm + (self.max_nm - self.min_nm) * f64::from(i) / f64::from(self.count)
-    }
-
-    /// Centre of bin `i`, nm.
-    pub fn centre_nm(&self, i: u32) -> f64 {
-        self.min_nm + (self.max_nm - self.min_nm) * (f64::from(i) + 0.5) / f64::from(self.count)
-    }
-
-    /// The bin that holds `nm`, clamped to the range.
-    pub fn index_of(&self, nm: f64) -> u32 {
-        let x = (nm - self.min_nm) / (self.max_nm - self.min_nm) * f64::from(self.count);
-        (x.max(0.0) as u32).min(self.count - 1)
-    }
-}
-
-/// Pixel reconstruction filter; lengths in pixels. All are non-negative and sampled by importance, so a sample belongs to one pixel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Filter {
-    /// One over the pixel's square.
-    Box,
-    /// A tent of the given radius.
-    Tent {
-        /// Where it reaches zero.
-        radius: f64,
-    },
-    /// A Gaussian cut off at three standard deviations.
-    Gaussian {
-        /// Standard deviation.
-        sigma: f64,
-    },
-}
-
-/// Where in its stratum a path's wavelengths lie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum WavelengthSampling {
-    /// Anywhere: continuous in wavelength.
-    Continuous,
-    /// At the centres of the strata, for comparison with renderers that know only fixed wavelengths.
-    Centres,
-}
-
-/// What measures the light. Image rows run downwards, columns to the right.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Sensor {
-    /// A pinhole or thin-lens camera; pixels are radiance.
-    Perspective {
-        /// Centre of the lens.
-        eye: DVec3,
-        /// Columns right, up, backward (camera looks along `-z`), orthonormal.
-        frame: DMat3,
-        /// Tangent of half the full vertical field of view; pixels are square.
-        tan_half_vfov: f64,
-        /// Radius of the thin lens, 0 for a pinhole.
-        lens_radius: f64,
-        /// Distance of the plane in focus along the view axis.
-        focus_distance: f64,
-    },
-    /// Parallel view rays; pixels are radiance.
-    Orthographic {
-        /// Centre of the view rectangle, where rays start.
-        eye: DVec3,
-        /// Columns right, up, backward, orthonormal.
-        frame: DMat3,
-        /// Height of the view rectangle; pixels are square.
-        height: f64,
-    },
-    /// Irradiance on the front of a rectangle, W m^-2 nm^-1; light passes through it. Row 0 lies at `origin + edge_v`, column 0 at `origin`.
-    IrradiancePlane {
-        /// Corner.
-        origin: DVec3,
-        /// Edge along columns (left to right).
-        edge_u: DVec3,
-        /// Edge along rows (bottom to top). `edge_u x edge_v` points to the front, where light arrives from.
-        edge_v: DVec3,
-    },
-    /// Irradiance on the outside of a sphere, W m^-2 nm^-1; light passes through it. Columns are azimuth about +Y from +X towards -Z over 2 pi,
-    /// rows are equal steps of `y` from top (+1) to bottom (-1), so that all pixels have equal area.
-    IrradianceSphere {
-        /// Centre.
-        center: DVec3,
-        /// Radius.
-        radius: f64,
-    },
 }
 
 /// What a surface does to light.

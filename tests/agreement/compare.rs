@@ -139,12 +139,27 @@ pub fn agree(name: &str, pairs: &[Pair], share: f64) {
             wrong.push(format!("{line}, limit {:.2}", threshold(family, dof)));
         }
     }
-    println!("{name}: {counted} of {family} comparisons count, greatest |z| {greatest:.2}");
+    println!("{name}: {counted} of {family} comparisons count, greatest |z| {greatest:.2}; {}", noise(pairs, share));
     assert!(wrong.is_empty(), "{}\nif {name} was changed on purpose: tools/make-references {name}", wrong.join("\n"));
     assert!(
         counted as f64 >= share * family as f64,
         "{name}: only {counted} of {family} comparisons have errors small enough to tell anything"
     );
+}
+
+/// What limits a comparison: the errors that `share` of the pairs keep to, in units of those that count, together and on each side.
+fn noise(pairs: &[Pair], share: f64) -> String {
+    let kept_to = |error: &dyn Fn(&Pair) -> f64| {
+        let mut errors: Vec<f64> = pairs.iter().map(|p| error(p) / (p.small * p.theirs.mean.abs())).collect();
+        errors.sort_by(f64::total_cmp);
+        errors[((share * errors.len() as f64).ceil() as usize).saturating_sub(1)]
+    };
+    format!(
+        "errors {:.2} of what counts (ours {:.2}, the reference's {:.2})",
+        kept_to(&|p| p.ours.error.hypot(p.theirs.error)),
+        kept_to(&|p| p.ours.error),
+        kept_to(&|p| p.theirs.error)
+    )
 }
 
 /// Pairs of all bins and blocks; `coarseness` times the usual errors still count.

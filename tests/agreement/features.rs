@@ -339,8 +339,8 @@ agree! {
     smooth_glass, 160, 1.0, bins(4);
     rough_glass_little, 160, 1.0, rough_glass(0.1);
     rough_glass_much, 160, 1.0, rough_glass(0.3);
-    floor_seen_through_glass, 320, 6.0, floor_under_glass();
-    mixture_seen_through_glass, 160, 8.0, mixture_under_glass();
+    floor_seen_through_glass, 320, 3.0, floor_under_glass();
+    mixture_seen_through_glass, 160, 7.0, mixture_under_glass();
     smooth_metal, 96, 1.0, metal(0.0);
     rough_metal, 96, 1.0, metal(0.3);
     metal_of_a_colour_alone, 96, 1.0, metal_of_a_colour(0.3);
@@ -352,16 +352,16 @@ agree! {
     coated_smoothly, 96, 1.0, coated_paint(0.0);
     coated_roughly, 96, 1.0, coated_paint(0.2);
     metals_under_coats, 96, 1.0, coated_metals();
-    light_on_a_coat, 96, 1.5, caustic_on_coat();
-    light_off_a_coat, 192, 5.0, caustic_off_coat();
+    light_on_a_coat, 96, 1.0, caustic_on_coat();
+    light_off_a_coat, 192, 2.3, caustic_off_coat();
     nested_glasses, 160, 1.0, nested();
     matched_glasses, 160, 1.0, matched();
     absorbing_glass, 96, 1.0, absorbing();
     hazes, 160, 1.0, haze();
     fog_all_around, 96, 1.0, fog_everywhere();
-    point_light, 96, 1.5, point();
+    point_light, 96, 1.0, point();
     spot_light, 96, 1.0, spot();
-    parallel_beam, 96, 3.0, beam();
+    parallel_beam, 96, 1.0, beam();
     sun_of_no_size, 96, 1.0, parallel_sun();
     skies, 96, 1.0, sky();
     lamps_of_all_shapes, 96, 1.0, lamps();
@@ -369,16 +369,16 @@ agree! {
     orthographic_and_gaussian, 160, 1.0, orthographic_view();
     irradiance_on_a_plane, 96, 1.0, irradiance_plane();
     irradiance_on_a_sphere, 96, 1.0, irradiance_sphere();
-    camera_under_water, 96, 8.0, under_water();
+    camera_under_water, 96, 2.6, under_water();
     smooth_normals_diffuse, 96, 1.0, smooth_normals(|_| 0);
     smooth_normals_of_glass, 96, 1.0, smooth_normals(|s| glass(s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0));
     smooth_normals_of_rough_metal, 96, 1.0, smooth_normals(|s| {
         material(s, Material::Conductor { eta: flat(0.5), k: flat(3.0), alpha: 0.3 })
     });
     pictures_on_surfaces, 96, 1.0, textures::surfaces();
-    a_picture_on_a_lamp, 160, 1.2, textures::lamps();
+    a_picture_on_a_lamp, 160, 1.0, textures::lamps();
     maps_of_normals, 96, 1.0, textures::normals();
-    roughness_that_varies, 32, 3.0, textures::roughness();
+    roughness_that_varies, 32, 2.6, textures::roughness();
     one_bin, 96, 1.0, bins(1);
 }
 

@@ -78,20 +78,20 @@ macro_rules! agree {
 
 // Name, samples per pixel in each batch, coarseness of the errors that count, scene.
 agree! {
-    compare_cornell_spheres, 128, 1.6, with_lamp(shipped("compare/cornell_spheres.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
-    compare_cornell_prism, 128, 1.6, with_lamp(shipped("compare/cornell_prism.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
-    compare_fog, 128, 1.6, with_lamp(shipped("compare/fog.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
-    compare_barrel, 128, 3.0, without_tube(with_lamp(shipped("compare/barrel.json", BINS), disc_facing_down([-0.25, 1.9, 0.0], 0.5)));
+    compare_cornell_spheres, 128, 1.0, with_lamp(shipped("compare/cornell_spheres.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
+    compare_cornell_prism, 128, 1.0, with_lamp(shipped("compare/cornell_prism.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
+    compare_fog, 128, 1.0, with_lamp(shipped("compare/fog.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
+    compare_barrel, 128, 1.0, without_tube(with_lamp(shipped("compare/barrel.json", BINS), disc_facing_down([-0.25, 1.9, 0.0], 0.5)));
     cornell_spheres, 128, 1.0, with_lamp(shipped("cornell_spheres.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
     cornell_spheres_dispersed, 128, 1.0, on_the_floor(shipped("cornell_spheres_dispersed.json", BINS));
-    prism, 128, 12.0, on_the_floor(shipped("prism.json", BINS));
-    fog, 128, 2.0, on_the_floor(shipped("fog.json", BINS));
-    barrel, 128, 7.0, on_the_floor(shipped("barrel.json", BINS));
-    bunny_light, 128, 1.3, on_the_floor(shipped("bunny_light.json", BINS));
+    prism, 128, 1.0, on_the_floor(shipped("prism.json", BINS));
+    fog, 128, 1.0, on_the_floor(shipped("fog.json", BINS));
+    barrel, 128, 1.0, on_the_floor(shipped("barrel.json", BINS));
+    bunny_light, 128, 1.0, on_the_floor(shipped("bunny_light.json", BINS));
     nephroid, 128, 1.0, measured(shipped("nephroid.json", BINS), [-1.0, 1e-3, 1.0], [2.0, 0.0, 0.0], [0.0, 0.0, -2.0]);
-    newton, 128, 4.0, measured(shipped("newton.json", BINS), [-0.5, 1e-3, 0.5], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]);
-    compare_newton, 128, 4.0, with_lamp(shipped("compare/newton.json", BINS), slit());
-    compare_bunny_light, 128, 4.0, shipped("compare/bunny_light.json", BINS);
-    compare_nephroid, 128, 3.0, with_lamp(shipped("compare/nephroid.json", BINS), sphere([-7.0, 3.2, 0.0], 2.0));
-    compare_pool, 128, 12.0, with_lamp(shipped("compare/pool.json", BINS), sphere([3.5, 7.0, -2.0], 2.0));
+    newton, 128, 1.0, measured(shipped("newton.json", BINS), [-0.5, 1e-3, 0.5], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]);
+    compare_newton, 128, 1.0, with_lamp(shipped("compare/newton.json", BINS), slit());
+    compare_bunny_light, 256, 1.2, shipped("compare/bunny_light.json", BINS);
+    compare_nephroid, 192, 1.0, with_lamp(shipped("compare/nephroid.json", BINS), sphere([-7.0, 3.2, 0.0], 2.0));
+    compare_pool, 256, 3.5, with_lamp(shipped("compare/pool.json", BINS), sphere([3.5, 7.0, -2.0], 2.0));
 }

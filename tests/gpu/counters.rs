@@ -91,6 +91,26 @@ fn fixed_point_sums_stay_at_their_greatest_and_are_counted() {
 }
 
 #[test]
+fn paths_into_more_volumes_than_they_can_keep_are_counted() {
+    // Balls in balls; the innermost rules.
+    let nested = |balls: u32| {
+        let glass = |i: u32| (format!("glass{i}"), json!({"dielectric": {"ior": 1.1 + 0.1 * f64::from(i), "priority": i}}));
+        let ball = |i: u32| json!({"sphere": {"center": [0, 1, 0], "radius": 1.0 - 0.1 * f64::from(i)}, "material": format!("glass{i}")});
+        let scene = scene_of(json!({
+            "max_depth": 12,
+            "materials": (0..balls).map(glass).collect::<serde_json::Map<_, _>>(),
+            "shapes": (0..balls).map(ball).collect::<Vec<_>>(),
+            "lights": [{"constant": {"radiance": 1}}],
+        }));
+        let mut film = abbe::film::Film::new(&scene.film);
+        GpuIntegrator::new(&scene, None, 1).unwrap().render_batch(0, 4, &mut film).unwrap()
+    };
+    assert_eq!(nested(4).dropped(), 0);
+    let crowded = nested(5);
+    assert!(crowded.dropped_crowded > 0 && crowded.dropped() == crowded.dropped_crowded, "{crowded:?}");
+}
+
+#[test]
 fn too_bright_a_lamp_and_too_short_a_path_are_counted() {
     let count = |scene: &abbe::scene::Scene| {
         let mut film = abbe::film::Film::new(&scene.film);

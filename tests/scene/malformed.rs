@@ -426,6 +426,12 @@ fn broken_json_says_where() {
 }
 
 #[test]
+fn a_byte_order_mark_and_the_line_ends_of_windows_are_read_over() {
+    let text = "\u{feff}{\r\n\t\"film\": {\"width\": 0}\r\n}";
+    assert!(load_text(text).unwrap_err().to_string().contains("$.film.width"));
+}
+
+#[test]
 fn cyclic_and_exploding_instances_are_refused() {
     let cyclic = scene_with("groups", r#"{"a": [{"instance": "b"}], "b": [{"instance": "a"}]}"#)
         .replace(r#""shapes": ["#, r#""shapes": [{"instance": "a"}, "#);
