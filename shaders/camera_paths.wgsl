@@ -1,5 +1,6 @@
 // The camera pass: paths from the sensor with next-event estimation, combined with chance hits by multiple importance sampling.
-// One invocation owns one pixel and traces `samples` paths one after the other, so that lanes whose path ends early take up the next.
+// One invocation owns a pixel of each of `blocks` blocks and traces `samples` paths for each one after the other, so that lanes whose path ends early take up
+// the next.
 #include "common/math.wgsl"
 #include "common/sampler.wgsl"
 
@@ -60,45 +61,50 @@ fn begin_path(pixel: vec2u, sample: u32) -> Ray {
 #endif
 }
 
-@compute @workgroup_size(64)
-fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
-    let in_tile = pixel_in_tile(group.x, local);
-    if (in_tile.x >= params.tile_width || in_tile.y >= params.tile_height) {
-        return;
+// The next of an invocation's paths, of which the first `samples` are those of its first pixel, that is in the tile.
+fn path_in_tile(first_block: u32, local: u32, from_path: u32) -> u32 {
+    var number = from_path;
+    while (number < paths_of_invocation() && !is_in_tile(pixel_in_tile(first_block + number / params.samples, local))) {
+        number = (number / params.samples + 1u) * params.samples;
     }
-    let pixel = vec2u(params.tile_x, params.tile_y) + in_tile;
-    let first_slot = (group.x * 64u + local) * params.samples;
-    var sample = params.first_sample;
-    let end = params.first_sample + params.samples;
-    mark_unfinished(first_slot);
+    return number;
+}
+
+fn begin_numbered(first_block: u32, local: u32, number: u32) -> Ray {
+    let block = first_block + number / params.samples;
+    let pass_number = number % params.samples;
 #if GATHERED
     // Points outlive the dispatch.
-    point_slot = ((params.first_block + group.x) * 64u + local) * params.samples;
+    point_slot = (block * 64u + local) * params.samples + pass_number;
 #endif
-    var ray = begin_path(pixel, sample);
+    return begin_path(vec2u(params.tile_x, params.tile_y) + pixel_in_tile(block, local), params.first_sample + pass_number);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
+    let first_block = (params.first_group + group.x) * params.blocks;
+    mark_unfinished(group.x, local);
+    var number = path_in_tile(first_block, local, 0u);
+    if (number >= paths_of_invocation()) {
+        return;
+    }
+    var ray = begin_numbered(first_block, local, number);
     loop {
         ray = next_event(ray);
         if (path.ended) {
 #if COUNTED
             count_path(path.depth);
 #endif
-            store_sample(first_slot + sample - params.first_sample);
-            sample += 1u;
-#if GATHERED
-            point_slot += 1u;
-#endif
-            if (sample >= end) {
+            store_sample(sample_slot(group.x, local, number));
+            number = path_in_tile(first_block, local, number + 1u);
+            if (number >= paths_of_invocation()) {
                 break;
             }
-            ray = begin_path(pixel, sample);
+            ray = begin_numbered(first_block, local, number);
         }
     }
     atomicAdd(&counters[COUNTER_RAYS], rays_traced);
 #if COUNTED
     report_counts();
 #endif
-    // Where the driver has ended the loop.
-    if (sample < end) {
-        atomicAdd(&counters[COUNTER_UNFINISHED], end - sample);
-    }
 }

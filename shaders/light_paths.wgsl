@@ -1,5 +1,5 @@
 // The light pass, where anything bends light: paths from the lights are joined to the sensor wherever they scatter, and gathered at the visible points of
-// the camera pass. One invocation traces one path of each pass.
+// the camera pass. One invocation traces `samples` passes of a path of each of `blocks` blocks of 64.
 #include "common/math.wgsl"
 #include "common/sampler.wgsl"
 #include "common/bindings.wgsl"
@@ -27,13 +27,14 @@ fn begin_path(index: u32, sample: u32) -> Ray {
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
-    let index = 64u * (params.first_block + group.x) + local;
-    if (index >= params.light_paths) {
+    let first = 64u * (params.first_group + group.x) * params.blocks + local;
+    if (first >= params.light_paths) {
         return;
     }
-    var sample = params.first_sample;
-    let end = params.first_sample + params.samples;
-    var ray = begin_path(index, sample);
+    let blocks = min(params.blocks, (params.light_paths - first + 63u) / 64u);
+    let end = blocks * params.samples;
+    var number = 0u;
+    var ray = begin_path(first, params.first_sample);
     loop {
         ray = next_event(ray);
         if (path.ended) {
@@ -43,11 +44,11 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
 #if GUIDED
             report_use();
 #endif
-            sample += 1u;
-            if (sample >= end) {
+            number += 1u;
+            if (number >= end) {
                 break;
             }
-            ray = begin_path(index, sample);
+            ray = begin_path(first + 64u * (number / params.samples), params.first_sample + number % params.samples);
         }
     }
     atomicAdd(&counters[COUNTER_RAYS], rays_traced);
@@ -55,7 +56,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
     report_counts();
 #endif
     // Where the driver has ended the loop.
-    if (sample < end) {
-        atomicAdd(&counters[COUNTER_UNFINISHED], end - sample);
+    if (number < end) {
+        atomicAdd(&counters[COUNTER_UNFINISHED], end - number);
     }
 }
