@@ -61,46 +61,58 @@ fn begin_path(pixel: vec2u, sample: u32) -> Ray {
 #endif
 }
 
-// The next of an invocation's paths, of which the first `samples` are those of its first pixel, that is in the tile.
-fn path_in_tile(first_block: u32, local: u32, from_path: u32) -> u32 {
-    var number = from_path;
-    while (number < paths_of_invocation() && !is_in_tile(pixel_in_tile(first_block + number / params.samples, local))) {
-        number = (number / params.samples + 1u) * params.samples;
+// The first block from `first` on, or `end`, in which the invocation's pixel is in the tile.
+fn block_in_tile(first: u32, end: u32, local: u32) -> u32 {
+    var block = first;
+    while (block < end && !is_in_tile(pixel_in_tile(block, local))) {
+        block += 1u;
     }
-    return number;
-}
-
-fn begin_numbered(first_block: u32, local: u32, number: u32) -> Ray {
-    let block = first_block + number / params.samples;
-    let pass_number = number % params.samples;
-#if GATHERED
-    // Points outlive the dispatch.
-    point_slot = (block * 64u + local) * params.samples + pass_number;
-#endif
-    return begin_path(vec2u(params.tile_x, params.tile_y) + pixel_in_tile(block, local), params.first_sample + pass_number);
+    return block;
 }
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
     let first_block = (params.first_group + group.x) * params.blocks;
+    let end_block = first_block + params.blocks;
+    let end = params.first_sample + params.samples;
     mark_unfinished(group.x, local);
-    var number = path_in_tile(first_block, local, 0u);
-    if (number >= paths_of_invocation()) {
+    var block = block_in_tile(first_block, end_block, local);
+    if (block >= end_block) {
         return;
     }
-    var ray = begin_numbered(first_block, local, number);
+    var pixel = vec2u(params.tile_x, params.tile_y) + pixel_in_tile(block, local);
+    var sample = params.first_sample;
+    var slot = first_slot(group.x, block - first_block, local);
+#if GATHERED
+    // Points outlive the dispatch.
+    point_slot = (block * 64u + local) * params.samples;
+#endif
+    var ray = begin_path(pixel, sample);
     loop {
         ray = next_event(ray);
         if (path.ended) {
 #if COUNTED
             count_path(path.depth);
 #endif
-            store_sample(sample_slot(group.x, local, number));
-            number = path_in_tile(first_block, local, number + 1u);
-            if (number >= paths_of_invocation()) {
-                break;
+            store_sample(slot);
+            sample += 1u;
+            slot += 1u;
+#if GATHERED
+            point_slot += 1u;
+#endif
+            if (sample >= end) {
+                block = block_in_tile(block + 1u, end_block, local);
+                if (block >= end_block) {
+                    break;
+                }
+                pixel = vec2u(params.tile_x, params.tile_y) + pixel_in_tile(block, local);
+                sample = params.first_sample;
+                slot = first_slot(group.x, block - first_block, local);
+#if GATHERED
+                point_slot = (block * 64u + local) * params.samples;
+#endif
             }
-            ray = begin_numbered(first_block, local, number);
+            ray = begin_path(pixel, sample);
         }
     }
     atomicAdd(&counters[COUNTER_RAYS], rays_traced);

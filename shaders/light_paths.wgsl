@@ -31,10 +31,11 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
     if (first >= params.light_paths) {
         return;
     }
-    let blocks = min(params.blocks, (params.light_paths - first + 63u) / 64u);
-    let end = blocks * params.samples;
-    var number = 0u;
-    var ray = begin_path(first, params.first_sample);
+    let end_index = min(first + 64u * params.blocks, params.light_paths);
+    let end = params.first_sample + params.samples;
+    var index = first;
+    var sample = params.first_sample;
+    var ray = begin_path(index, sample);
     loop {
         ray = next_event(ray);
         if (path.ended) {
@@ -44,11 +45,15 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
 #if GUIDED
             report_use();
 #endif
-            number += 1u;
-            if (number >= end) {
-                break;
+            sample += 1u;
+            if (sample >= end) {
+                index += 64u;
+                if (index >= end_index) {
+                    break;
+                }
+                sample = params.first_sample;
             }
-            ray = begin_path(first + 64u * (number / params.samples), params.first_sample + number % params.samples);
+            ray = begin_path(index, sample);
         }
     }
     atomicAdd(&counters[COUNTER_RAYS], rays_traced);
@@ -56,7 +61,8 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
     report_counts();
 #endif
     // Where the driver has ended the loop.
-    if (number < end) {
-        atomicAdd(&counters[COUNTER_UNFINISHED], end - number);
+    if (index < end_index) {
+        let blocks_left = (end_index - index + 63u) / 64u;
+        atomicAdd(&counters[COUNTER_UNFINISHED], blocks_left * params.samples - (sample - params.first_sample));
     }
 }

@@ -15,8 +15,8 @@
 #include "common/tile.wgsl"
 #include "common/sample_slot.wgsl"
 
-// Adds the samples from `first_slot` on to the film's pixel.
-fn update_pixel(in_tile: vec2u, first_slot: u32) {
+// Adds the samples in the slots from `slots` on to the film's pixel.
+fn update_pixel(in_tile: vec2u, slots: u32) {
     let base = (in_tile.y * params.tile_width + in_tile.x) * (BINS + 3u);
     var xyz = vec3f(0.0);
 #if !MANY_BINS
@@ -26,7 +26,7 @@ fn update_pixel(in_tile: vec2u, first_slot: u32) {
     }
 #endif
     for (var i = 0u; i < params.samples; i++) {
-        let slot = (first_slot + i) * LANES4;
+        let slot = (slots + i) * LANES4;
         pass_base = i * params.spectra_stride;
         // Where the driver has ended the loop over paths.
         if (samples[slot].x == UNFINISHED) {
@@ -87,7 +87,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
     for (var i = 0u; i < params.blocks; i++) {
         let in_tile = pixel_in_tile((params.first_group + group.x) * params.blocks + i, local);
         if (is_in_tile(in_tile)) {
-            update_pixel(in_tile, sample_slot(group.x, local, i * params.samples));
+            update_pixel(in_tile, first_slot(group.x, i, local));
         }
     }
 }

@@ -9,7 +9,10 @@ fn store_sample(slot: u32) {
 
 // Marks an invocation's slots as those of samples that are not finished, until they are.
 fn mark_unfinished(group: u32, local: u32) {
-    for (var number = 0u; number < paths_of_invocation(); number++) {
-        samples[sample_slot(group, local, number) * LANES4].x = UNFINISHED;
+    for (var block = 0u; block < params.blocks; block++) {
+        let first = first_slot(group, block, local);
+        for (var i = 0u; i < params.samples; i++) {
+            samples[(first + i) * LANES4].x = UNFINISHED;
+        }
     }
 }
