@@ -1,5 +1,6 @@
 // The camera pass: paths from the sensor with next-event estimation, combined with chance hits by multiple importance sampling.
-// One invocation owns one pixel and traces `samples` paths one after the other, so that lanes whose path ends early take up the next.
+// One invocation owns a pixel of each of `blocks` blocks and traces `samples` paths for each one after the other, so that lanes whose path ends early take up
+// the next.
 #include "common/math.wgsl"
 #include "common/sampler.wgsl"
 
@@ -60,20 +61,31 @@ fn begin_path(pixel: vec2u, sample: u32) -> Ray {
 #endif
 }
 
+// The first block from `first` on, or `end`, in which the invocation's pixel is in the tile.
+fn block_in_tile(first: u32, end: u32, local: u32) -> u32 {
+    var block = first;
+    while (block < end && !is_in_tile(pixel_in_tile(block, local))) {
+        block += 1u;
+    }
+    return block;
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
-    let in_tile = pixel_in_tile(group.x, local);
-    if (in_tile.x >= params.tile_width || in_tile.y >= params.tile_height) {
+    let first_block = (params.first_group + group.x) * params.blocks;
+    let end_block = first_block + params.blocks;
+    let end = params.first_sample + params.samples;
+    mark_unfinished(group.x, local);
+    var block = block_in_tile(first_block, end_block, local);
+    if (block >= end_block) {
         return;
     }
-    let pixel = vec2u(params.tile_x, params.tile_y) + in_tile;
-    let first_slot = (group.x * 64u + local) * params.samples;
+    var pixel = vec2u(params.tile_x, params.tile_y) + pixel_in_tile(block, local);
     var sample = params.first_sample;
-    let end = params.first_sample + params.samples;
-    mark_unfinished(first_slot);
+    var slot = first_slot(group.x, block - first_block, local);
 #if GATHERED
     // Points outlive the dispatch.
-    point_slot = ((params.first_block + group.x) * 64u + local) * params.samples;
+    point_slot = (block * 64u + local) * params.samples;
 #endif
     var ray = begin_path(pixel, sample);
     loop {
@@ -82,13 +94,23 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
 #if COUNTED
             count_path(path.depth);
 #endif
-            store_sample(first_slot + sample - params.first_sample);
+            store_sample(slot);
             sample += 1u;
+            slot += 1u;
 #if GATHERED
             point_slot += 1u;
 #endif
             if (sample >= end) {
-                break;
+                block = block_in_tile(block + 1u, end_block, local);
+                if (block >= end_block) {
+                    break;
+                }
+                pixel = vec2u(params.tile_x, params.tile_y) + pixel_in_tile(block, local);
+                sample = params.first_sample;
+                slot = first_slot(group.x, block - first_block, local);
+#if GATHERED
+                point_slot = (block * 64u + local) * params.samples;
+#endif
             }
             ray = begin_path(pixel, sample);
         }
@@ -97,8 +119,4 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
 #if COUNTED
     report_counts();
 #endif
-    // Where the driver has ended the loop.
-    if (sample < end) {
-        atomicAdd(&counters[COUNTER_UNFINISHED], end - sample);
-    }
 }

@@ -84,8 +84,8 @@ fn first_hit(start: Ray) -> FirstHit {
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
-    let in_tile = pixel_in_tile(group.x, local);
-    if (in_tile.x >= params.tile_width || in_tile.y >= params.tile_height) {
+    let in_tile = pixel_in_tile(params.first_group + group.x, local);
+    if (!is_in_tile(in_tile)) {
         return;
     }
     let pixel = vec2u(params.tile_x, params.tile_y) + in_tile;

@@ -1,5 +1,5 @@
 // The light pass, where anything bends light: paths from the lights are joined to the sensor wherever they scatter, and gathered at the visible points of
-// the camera pass. One invocation traces one path of each pass.
+// the camera pass. One invocation traces `samples` passes of a path of each of `blocks` blocks of 64.
 #include "common/math.wgsl"
 #include "common/sampler.wgsl"
 #include "common/bindings.wgsl"
@@ -27,12 +27,14 @@ fn begin_path(index: u32, sample: u32) -> Ray {
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
-    let index = 64u * (params.first_block + group.x) + local;
-    if (index >= params.light_paths) {
+    let first = 64u * (params.first_group + group.x) * params.blocks + local;
+    if (first >= params.light_paths) {
         return;
     }
-    var sample = params.first_sample;
+    let end_index = min(first + 64u * params.blocks, params.light_paths);
     let end = params.first_sample + params.samples;
+    var index = first;
+    var sample = params.first_sample;
     var ray = begin_path(index, sample);
     loop {
         ray = next_event(ray);
@@ -45,7 +47,11 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
 #endif
             sample += 1u;
             if (sample >= end) {
-                break;
+                index += 64u;
+                if (index >= end_index) {
+                    break;
+                }
+                sample = params.first_sample;
             }
             ray = begin_path(index, sample);
         }
@@ -55,7 +61,8 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
     report_counts();
 #endif
     // Where the driver has ended the loop.
-    if (sample < end) {
-        atomicAdd(&counters[COUNTER_UNFINISHED], end - sample);
+    if (index < end_index) {
+        let blocks_left = (end_index - index + 63u) / 64u;
+        atomicAdd(&counters[COUNTER_UNFINISHED], blocks_left * params.samples - (sample - params.first_sample));
     }
 }

@@ -13,13 +13,10 @@
 
 #include "common/spectra.wgsl"
 #include "common/tile.wgsl"
+#include "common/sample_slot.wgsl"
 
-@compute @workgroup_size(64)
-fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
-    let in_tile = pixel_in_tile(group.x, local);
-    if (in_tile.x >= params.tile_width || in_tile.y >= params.tile_height) {
-        return;
-    }
+// Adds the samples in the slots from `slots` on to the film's pixel.
+fn update_pixel(in_tile: vec2u, slots: u32) {
     let base = (in_tile.y * params.tile_width + in_tile.x) * (BINS + 3u);
     var xyz = vec3f(0.0);
 #if !MANY_BINS
@@ -29,9 +26,11 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
     }
 #endif
     for (var i = 0u; i < params.samples; i++) {
-        let slot = ((group.x * 64u + local) * params.samples + i) * LANES4;
+        let slot = (slots + i) * LANES4;
         pass_base = i * params.spectra_stride;
+        // Where the driver has ended the loop over paths.
         if (samples[slot].x == UNFINISHED) {
+            atomicAdd(&counters[COUNTER_UNFINISHED], 1u);
             continue;
         }
         var all = vec4f(0.0);
@@ -81,4 +80,14 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
     film[base + BINS] += xyz.x;
     film[base + BINS + 1u] += xyz.y;
     film[base + BINS + 2u] += xyz.z;
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
+    for (var i = 0u; i < params.blocks; i++) {
+        let in_tile = pixel_in_tile((params.first_group + group.x) * params.blocks + i, local);
+        if (is_in_tile(in_tile)) {
+            update_pixel(in_tile, first_slot(group.x, i, local));
+        }
+    }
 }

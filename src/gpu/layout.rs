@@ -161,8 +161,8 @@ shared_records! {
         image_width: u32,
         /// Image size.
         image_height: u32,
-        /// First 8 x 8 block of this dispatch.
-        first_block: u32,
+        /// First workgroup of this dispatch.
+        first_group: u32,
         /// First sample (pass) of this dispatch within the batch.
         first_sample: u32,
         /// Samples per pixel of this dispatch.
@@ -191,8 +191,8 @@ shared_records! {
         guide_share: f32,
         /// Room for reports.
         guide_room: u32,
-        /// Unused.
-        pad_0: u32,
+        /// Blocks (of 8 x 8 pixels, or 64 light paths) that a workgroup takes one after the other.
+        blocks: u32,
         /// Unused.
         pad_1: u32,
         /// Unused.

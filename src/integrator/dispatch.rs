@@ -12,6 +12,10 @@ use std::time::{Duration, Instant};
 /// How long a dispatch should take: well below the watchdogs of desktop drivers.
 const DISPATCH_TIME: Duration = Duration::from_millis(50);
 
+/// Fewest workgroups that a pass is split into: they keep all cores busy, on a GPU with some 100,000 paths at a time.
+const LEAST_GROUPS: u32 = 64;
+const LEAST_GROUPS_GPU: u32 = 4096;
+
 /// Kernels that run one after the other on the same workgroups.
 #[derive(Debug)]
 pub(super) struct Pass {
@@ -32,17 +36,22 @@ pub(super) struct Job<'a> {
     pub(super) counters: &'a Resource,
     pub(super) resources: &'a [(&'a str, &'a Resource)],
     pub(super) params: Params,
+    /// Most samples that an invocation may take one after the other. The more, the less do lanes wait for the longest path of a few.
+    pub(super) most_samples: u32,
 }
 
 impl Job<'_> {
-    /// Runs `groups` workgroups of `pass`, in dispatches of about [`DISPATCH_TIME`]. Returns the counts and the time spent in dispatches.
-    pub(super) fn run(&self, pass: &mut Pass, groups: u32) -> Result<(BatchStats, Counts, Duration)> {
+    /// Runs `pass` over `blocks` blocks, in dispatches of about [`DISPATCH_TIME`]. Returns the counts and the time spent in dispatches.
+    pub(super) fn run(&self, pass: &mut Pass, blocks: u32) -> Result<(BatchStats, Counts, Duration)> {
+        let least_groups = if self.gpu.info.is_cpu() { LEAST_GROUPS } else { LEAST_GROUPS_GPU };
+        let each = (self.most_samples / self.params.samples).min(blocks / least_groups).max(1);
+        let groups = blocks.div_ceil(each);
         let bindings = pass.kernels.iter().map(|k| k.bind(self.gpu, self.resources)).collect::<Result<Vec<_>>>()?;
         let (mut stats, mut counts, mut time) = (BatchStats::default(), Counts::default(), Duration::ZERO);
         let mut first = 0;
         while first < groups {
             let now = pass.groups.min(groups - first);
-            self.gpu.write(self.uniforms, &[Params { first_block: first, ..self.params }]);
+            self.gpu.write(self.uniforms, &[Params { first_group: first, blocks: each, ..self.params }]);
             self.gpu.write(self.counters, &[0u32; COUNTERS]);
             let start = Instant::now();
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());

@@ -2,7 +2,6 @@
 
 use super::Plan;
 use crate::error::Result;
-use crate::film::Tile;
 use crate::geometry::bounds_of_all;
 use crate::gpu::{Gpu, Resource, targets};
 use crate::scene::{Scene, Sensor};
@@ -20,42 +19,42 @@ const ALPHA: f64 = 2.0 / 3.0;
 pub(super) struct Gather {
     pub points: Resource,
     pub heads: Resource,
-    /// Radius, and radius per metre of the camera path, in the first pass, m.
+    /// Radius, and radius per metre of the camera path, in the first pass of a picture of one row, m.
     radius: (f64, f64),
+    /// And at most, m.
+    most: (f64, f64),
     /// Passes whose points fit.
     pub passes: u32,
 }
 
 impl Gather {
-    /// Buffers for the points of `tile`, the largest one, in up to `most_passes` passes.
+    /// Buffers for the points of a tile of `blocks` blocks, the largest one, in up to `most_passes` passes.
     ///
     /// # Errors
     /// [`crate::error::Error::Device`] if the adapter cannot hold them.
-    pub fn new(gpu: &Gpu, plan: &Plan, scene: &Scene, tile: Tile, most_passes: u32) -> Result<Self> {
+    pub fn new(gpu: &Gpu, plan: &Plan, scene: &Scene, blocks: u32, most_passes: u32) -> Result<Self> {
         let point_bytes = point_bytes(plan);
-        let pixels = 64 * u64::from(tile.width.div_ceil(8)) * u64::from(tile.height.div_ceil(8));
+        let pixels = 64 * u64::from(blocks);
         let passes = (POINT_BYTES.min(gpu.max_binding()) / (pixels * point_bytes)).clamp(1, u64::from(most_passes)) as u32;
         let points = gpu.empty_storage("visible points", pixels * u64::from(passes) * point_bytes)?;
         let heads = (pixels * u64::from(passes) * 2).next_power_of_two().clamp(1 << 10, 1 << 22);
         let heads = gpu.empty_storage("cells of visible points", heads * 4)?;
-        let height = f64::from(scene.film.height);
         // A picture of few pixels must not blur what is smaller than they are.
         let bounds = bounds_of_all(&scene.shapes);
         let most = SHARE * (bounds.max - bounds.min).length();
         let radius = match scene.sensor {
-            Sensor::Perspective { tan_half_vfov, .. } => {
-                (0.0, (PIXELS * 2.0 * tan_half_vfov / height).min(most / f64::from(reach(scene))))
-            }
-            Sensor::Orthographic { height: metres, .. } => ((PIXELS * metres / height).min(most), 0.0),
+            Sensor::Perspective { tan_half_vfov, .. } => (0.0, PIXELS * 2.0 * tan_half_vfov),
+            Sensor::Orthographic { height, .. } => (PIXELS * height, 0.0),
             Sensor::IrradiancePlane { .. } | Sensor::IrradianceSphere { .. } => (0.0, 0.0),
         };
-        Ok(Self { points, heads, radius, passes })
+        Ok(Self { points, heads, radius, most: (most, most / f64::from(reach(scene))), passes })
     }
 
-    /// Radius, m, and radius per metre of the camera path, in this pass of all.
-    pub fn radius(&self, pass: u64) -> (f64, f64) {
+    /// Radius, m, and radius per metre of the camera path, in this pass of all over a picture of so many rows.
+    pub fn radius(&self, pass: u64, rows: u32) -> (f64, f64) {
         let shrink = (pass as f64 + 1.0).powf(0.5 * (ALPHA - 1.0));
-        (self.radius.0 * shrink, self.radius.1 * shrink)
+        let radius = |one_row: f64, most: f64| (one_row / f64::from(rows)).min(most) * shrink;
+        (radius(self.radius.0, self.most.0), radius(self.radius.1, self.most.1))
     }
 }
 

@@ -4,7 +4,8 @@ use super::budget::{Budget, Probe};
 use super::dispatch::{Job, Pass};
 use super::gather::{self, Gather};
 use super::guide::Guide;
-use super::params::params;
+use super::params::{coarser, params};
+use super::tile_sums::Parts;
 use super::{Features, Plan, Techniques, Wavelengths, first_hits};
 use crate::color::cie::K_M;
 use crate::error::Result;
@@ -19,7 +20,7 @@ use crate::spectrum::library::{Observer, observer};
 use crate::stage::{self, Stage};
 use glam::Vec4;
 
-/// Most passes of one dispatch: so many samples does an invocation of the camera pass take one after the other.
+/// Most samples that an invocation takes one after the other, and so passes of one dispatch.
 const PASSES_PER_DISPATCH: u32 = 16;
 /// Events that a lane of a dispatch may come to: lavapipe ends a shader after 65,535 turns of all its loops, a ray takes some tens of them.
 const EVENTS_PER_DISPATCH: u32 = 1024;
@@ -27,8 +28,9 @@ const EVENTS_PER_DISPATCH: u32 = 1024;
 const PASSES_PER_SUM: u32 = 64;
 /// Bytes for the samples of a dispatch on their way to the film.
 const SAMPLE_BYTES: u64 = 64 << 20;
-/// Samples of all pixels together that a probe takes.
+/// Samples of all pixels together that a probe takes, and in how many rounds; the picture has fewer pixels for it, if it has to.
 const PROBE_SAMPLES: f64 = (1 << 19) as f64;
+const PROBE_ROUNDS: (f64, f64) = (4.0, 12.0);
 
 /// Renders a scene on an adapter.
 #[derive(Debug)]
@@ -47,12 +49,17 @@ pub struct GpuIntegrator {
     counters: Resource,
     timer: Option<Timer>,
     samples: Resource,
+    /// Sums of the tile at hand, cleared whenever they are read.
+    film: Resource,
+    splats: Option<Resource>,
     gather: Option<Gather>,
     guide: Option<Guide>,
     budget: Option<Budget>,
     is_probed: bool,
     /// Most passes of one dispatch.
     passes: u32,
+    /// Most samples that an invocation takes, where passes are fewer of several pixels.
+    most_samples: u32,
 }
 
 impl GpuIntegrator {
@@ -81,9 +88,18 @@ impl GpuIntegrator {
         let gpu = Gpu::open(device)?;
         let gpu_scene = GpuScene::new(&gpu, scene, plan.techniques.guiding)?;
         stage::enter(Stage::Compiling);
-        let tile = tiles(&gpu, &plan, scene.film.width, scene.film.height)[0];
+        let params = params(
+            scene,
+            bounds_of_all(&scene.shapes),
+            gpu_scene.origin,
+            gpu_scene.power,
+            gather::reach(scene),
+            gpu_scene.rows.len() as u32 * plan.lanes.div_ceil(4) + 3,
+        )?;
+        let largest = |p: &Params| tiles(&gpu, &plan, p.image_width, p.image_height)[0];
+        let blocks = [params, probed(&params)].iter().map(|p| blocks(largest(p))).max().unwrap_or(1);
         let passes = (EVENTS_PER_DISPATCH / scene.max_depth.max(1)).clamp(1, PASSES_PER_DISPATCH);
-        let gather = if plan.has("GATHERED") { Some(Gather::new(&gpu, &plan, scene, tile, passes)?) } else { None };
+        let gather = if plan.has("GATHERED") { Some(Gather::new(&gpu, &plan, scene, blocks, passes)?) } else { None };
         let heads = gather.as_ref().map_or(0, |g| g.heads.size() / 4);
         let constants = plan.constants() + &gpu_scene.constants + &format!("const HEADS = {heads}u;\n");
         let limit = gpu.device.limits().max_compute_workgroups_per_dimension;
@@ -94,16 +110,11 @@ impl GpuIntegrator {
         let group_bytes = 64 * u64::from(passes * plan.lanes.div_ceil(4)) * 16;
         let sample_groups = (SAMPLE_BYTES.min(gpu.max_binding()) / group_bytes) as u32;
         let samples = gpu.empty_storage("samples", u64::from(sample_groups) * group_bytes)?;
+        let values = 64 * u64::from(blocks) * u64::from(plan.bins + 3);
+        let film = gpu.empty_storage("film", 4 * values)?;
+        let splats = plan.light.as_ref().map(|_| gpu.empty_storage("splats", 8 * values)).transpose()?;
         let camera = pass(&["camera_paths.wgsl", "update_film.wgsl"], &plan.camera, limit.min(sample_groups), 0)?;
         let light = plan.light.as_ref().map(|f| pass(&["light_paths.wgsl"], f, limit, 2)).transpose()?;
-        let params = params(
-            scene,
-            bounds_of_all(&scene.shapes),
-            gpu_scene.origin,
-            gpu_scene.power,
-            gather::reach(scene),
-            gpu_scene.rows.len() as u32 * plan.lanes.div_ceil(4) + 3,
-        )?;
         let uniforms = gpu.uniform("params", std::mem::size_of::<Params>() as u64);
         let counters = gpu.empty_storage("counters", (COUNTERS * 4) as u64)?;
         let guide = plan.guides(gpu_scene.lights).map(|[axes, aims]| Guide::new(&gpu, axes, aims)).transpose()?;
@@ -123,11 +134,14 @@ impl GpuIntegrator {
             counters,
             timer: None,
             samples,
+            film,
+            splats,
             gather,
             guide,
             budget: None,
             is_probed: false,
             passes,
+            most_samples: passes,
         })
     }
 
@@ -137,8 +151,9 @@ impl GpuIntegrator {
         self.timer.is_some()
     }
 
-    /// Splits every pass into dispatches of at most `groups` workgroups (at least one). What is computed does not depend on it.
+    /// Splits every pass into dispatches of at most `groups` workgroups (at least one), each of a single block. What is computed does not depend on it.
     pub fn limit_dispatches(&mut self, groups: u32) {
+        self.most_samples = 1;
         for pass in std::iter::once(&mut self.camera).chain(&mut self.light) {
             pass.limit = pass.limit.min(groups.max(1));
             pass.groups = pass.groups.min(pass.limit);
@@ -216,7 +231,7 @@ impl GpuIntegrator {
             let parting = self.wavelengths.parting_lanes(self.parting_lanes(), parting);
             table.push(Vec4::from_array(parting.map(|(lane, _)| f32::from_bits(lane))));
             table.push(Vec4::from_array(parting.map(|(_, weight)| weight as f32)));
-            let (radius, per_metre) = self.gather.as_ref().map_or((0.0, 0.0), |g| g.radius(number));
+            let (radius, per_metre) = self.gather.as_ref().map_or((0.0, 0.0), |g| g.radius(number, self.params.image_height));
             table.push(Vec4::new(radius as f32, per_metre as f32, 0.0, 0.0));
         }
         (table, lane_bins)
@@ -227,8 +242,6 @@ impl GpuIntegrator {
         let channels = self.plan.bins as usize + 3;
         let values = tile.width as usize * tile.height as usize * channels;
         let bytes = |values: usize| 8 * values as u64;
-        let sums = self.gpu.empty_storage("film", bytes(values) / 2)?;
-        let splats = if self.light.is_some() { Some(self.gpu.empty_storage("splats", bytes(values))?) } else { None };
         self.guide.iter().for_each(|g| self.gpu.write(&g.uses, &[0u32; 4]));
         let guide = self.guide.as_ref().map(|g| self.gpu.table("guide of light paths", &g.table(self.pixels()))).transpose()?;
         let light_paths = f64::from(self.params.light_paths) * f64::from(passes.count);
@@ -236,7 +249,7 @@ impl GpuIntegrator {
         let mut stats =
             BatchStats { paths: u64::from(tile.width) * u64::from(tile.height) * u64::from(passes.count), ..Default::default() };
         let most = self.gather.as_ref().map_or(self.passes, |g| g.passes);
-        let mut total = vec![0.0f64; values];
+        let mut parts = Parts::default();
         let mut summed = 0;
         for first in (0..passes.count).step_by(most as usize) {
             let count = most.min(passes.count - first);
@@ -247,11 +260,11 @@ impl GpuIntegrator {
             resources.extend([
                 ("params", &self.uniforms),
                 ("counters", &self.counters),
-                ("film", &sums),
+                ("film", &self.film),
                 ("samples", &self.samples),
             ]);
             resources.extend([("spectra", &spectra), ("lane_bins", &lane_bins)]);
-            resources.extend(splats.iter().map(|s| ("splats", s)));
+            resources.extend(self.splats.iter().map(|s| ("splats", s)));
             resources.extend(guide.iter().map(|g| ("guide", g)));
             resources.extend(self.guide.iter().map(|g| ("uses", &g.uses)));
             if let Some(gather) = &self.gather {
@@ -272,10 +285,16 @@ impl GpuIntegrator {
                 ..self.params
             };
             let timer = self.timer.as_ref();
-            let job =
-                Job { gpu: &self.gpu, timer, uniforms: &self.uniforms, counters: &self.counters, resources: &resources, params };
-            let (camera, camera_counts, camera_time) =
-                job.run(&mut self.camera, tile.width.div_ceil(8) * tile.height.div_ceil(8))?;
+            let job = Job {
+                gpu: &self.gpu,
+                timer,
+                uniforms: &self.uniforms,
+                counters: &self.counters,
+                resources: &resources,
+                params,
+                most_samples: self.most_samples,
+            };
+            let (camera, camera_counts, camera_time) = job.run(&mut self.camera, blocks(tile))?;
             stats += BatchStats { camera_rays: camera.rays, camera_time, camera_counts, ..camera };
             if let Some(light) = &mut self.light {
                 let (light, light_counts, light_time) = job.run(light, self.params.light_paths.div_ceil(64))?;
@@ -283,18 +302,21 @@ impl GpuIntegrator {
             }
             summed += count;
             if summed >= PASSES_PER_SUM || first + count == passes.count {
-                let part: Vec<f32> = self.gpu.read(&sums, bytes(values) / 2)?;
-                total.iter_mut().zip(part).for_each(|(t, v)| *t += f64::from(v));
-                self.gpu.clear(&sums);
+                parts.add(self.gpu.read(&self.film, bytes(values) / 2)?);
+                self.gpu.clear(&self.film);
                 summed = 0;
             }
         }
-        let mut sums: Vec<f32> = total.into_iter().map(|v| v as f32).collect();
-        let by_camera = sums.chunks_exact(channels).map(|pixel| pixel[..channels - 3].iter().sum()).collect();
-        if let Some(splats) = splats {
+        let mut sums = parts.sum();
+        let by_camera = match self.guide {
+            Some(_) => sums.chunks_exact(channels).map(|pixel| pixel[..channels - 3].iter().sum()).collect(),
+            None => Vec::new(),
+        };
+        if let Some(splats) = &self.splats {
             // Every pass is an estimate from all its light paths.
             let quantum = 1.0 / (f64::from(self.params.inverse_quantum) * f64::from(self.params.light_paths));
-            let words: Vec<u32> = self.gpu.read(&splats, bytes(values))?;
+            let words: Vec<u32> = self.gpu.read(splats, bytes(values))?;
+            self.gpu.clear(splats);
             let quanta: Vec<f64> = words.chunks_exact(2).map(|w| (u64::from(w[1]) << 32 | u64::from(w[0])) as f64).collect();
             for (i, (sum, quanta)) in sums.iter_mut().zip(&quanta).enumerate() {
                 let unit = if i % channels < channels - 3 { quantum } else { quantum * f64::from(XYZ_RATIO) };
@@ -326,7 +348,21 @@ impl GpuIntegrator {
         if self.guide.is_none() {
             return Ok(());
         }
-        let rounds = (PROBE_SAMPLES / self.pixels()).clamp(4.0, 12.0) as u32;
+        let picture = self.params;
+        self.params = probed(&picture);
+        let probe = self.probe_rounds();
+        self.params = picture;
+        let mut probe = probe?;
+        // Light paths are traced for every tile.
+        probe.light_rays *= self.tile_count() as f64;
+        if self.budget.is_none() {
+            self.set_budget(Budget::from_probe(probe, self.plan.has("GATHERED")));
+        }
+        Ok(())
+    }
+
+    fn probe_rounds(&mut self) -> Result<Probe> {
+        let rounds = (PROBE_SAMPLES / self.pixels()).clamp(PROBE_ROUNDS.0, PROBE_ROUNDS.1) as u32;
         let mut last: Vec<f32> = Vec::new();
         let mut sum = Probe { camera_variance: 0.0, light_variance: 0.0, camera_rays: 0.0, light_rays: 0.0 };
         for round in 0..rounds {
@@ -353,16 +389,12 @@ impl GpuIntegrator {
             last = picture;
         }
         let n = f64::from(rounds.div_ceil(2)).floor().max(1.0);
-        let probe = Probe {
+        Ok(Probe {
             camera_variance: sum.camera_variance / n,
             light_variance: sum.light_variance / n,
             camera_rays: sum.camera_rays / n,
             light_rays: sum.light_rays / n,
-        };
-        if self.budget.is_none() {
-            self.set_budget(Budget::from_probe(probe, self.plan.has("GATHERED")));
-        }
-        Ok(())
+        })
     }
 
     fn set_budget(&mut self, budget: Budget) {
@@ -434,6 +466,16 @@ impl Renderer for GpuIntegrator {
         let tiles = tiles(gpu, plan, params.image_width, params.image_height);
         first_hits::run(gpu, pass, &tiles, &resources, (&self.uniforms, &self.counters), params)
     }
+}
+
+/// What a probe renders of the picture.
+fn probed(picture: &Params) -> Params {
+    coarser(picture, PROBE_SAMPLES / PROBE_ROUNDS.0)
+}
+
+/// Blocks of 8 x 8 pixels that a tile takes.
+fn blocks(tile: Tile) -> u32 {
+    tile.width.div_ceil(8) * tile.height.div_ceil(8)
 }
 
 /// Tiles whose film (or splats, twice as large) and visible points of one pass fit an adapter's binding, in whole 8 x 8 blocks; the largest first.

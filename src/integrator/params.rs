@@ -86,3 +86,16 @@ pub(super) fn params(
     })?;
     Ok(p)
 }
+
+/// The same view in at most about so many `pixels`, with as many light paths for each of them.
+pub(super) fn coarser(fine: &Params, pixels: f64) -> Params {
+    let count = |p: &Params| f64::from(p.image_width) * f64::from(p.image_height);
+    let scale = (pixels / count(fine)).sqrt().min(1.0);
+    let along = |n: u32| ((f64::from(n) * scale).round() as u32).max(1);
+    let mut coarse = Params { image_width: along(fine.image_width), image_height: along(fine.image_height), ..*fine };
+    let area = count(fine) / count(&coarse);
+    coarse.light_paths = ((f64::from(fine.light_paths) / area).round() as u32).max(1);
+    // What a light path adds to a pixel is the more, the smaller the pixel.
+    coarse.inverse_quantum = (f64::from(fine.inverse_quantum) * area) as f32;
+    coarse
+}

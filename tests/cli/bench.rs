@@ -132,6 +132,8 @@ fn another_renderer_takes_turns_or_is_said_not_to_run() {
         let black = turn[1]["relative_mse"].as_f64().unwrap();
         assert!(black > 0.5 && black < 1.0 && turn[0]["relative_mse"] != turn[1]["relative_mse"], "{turn:?}");
     }
+    let rows = stand_in("printf 'LLVM ERROR: Cannot select\n and a page\n of detail\n' >&2; exit 1");
+    assert!(rows.iter().any(|row| row["not_run"] == "LLVM ERROR: Cannot select"), "{rows:?}");
     let rows = stand_in("echo 'ModuleNotFoundError: No module named mitsuba' >&2; exit 1");
     let missing: Vec<&Value> = rows.iter().filter(|row| row["method"] == "mitsuba-path").collect();
     assert_eq!((missing.len(), missing[0]["not_run"].as_str()), (1, Some("ModuleNotFoundError: No module named mitsuba")));

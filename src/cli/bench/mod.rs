@@ -55,7 +55,7 @@ logarithms, and how many times each method's relMSE x time is the first one's at
 printed besides; it is a bound where the first method's first row is better than all of the other's.
 
 --peer: whenever Abbe's samples have doubled, Mitsuba (pip install mitsuba) renders until it has had as much processor time, by path and by light
-tracing. Its set-up has a pass of every wavelength in it, which compiles its kernels. Its time is that of rendering alone, as Abbe's
+tracing. It needs an LLVM library newer than 15 on processors with AVX-512 (of Debian libllvm16 or later; DRJIT_LIBLLVM_PATH says where). Its set-up has a pass of every wavelength in it, which compiles its kernels. Its time is that of rendering alone, as Abbe's
 is; --time stops at the time of all together.
 
 --features and --scaling take their cases in turns and give the median ratio to another case. --features has the camera pass alone, --size
@@ -224,9 +224,9 @@ fn measure(args: &Args, path: &Path, method: Method, peer: Option<PeerKind>, rep
 /// Every integrator of the other renderer, with the number of its run.
 fn start_peers(scene: &Scene, report: &mut Report) -> Result<Vec<(usize, Peer)>> {
     let mut peers = Vec::new();
-    for integrator in peer::integrators(scene) {
+    for (integrator, runs) in peer::integrators(scene) {
         let method = format!("mitsuba-{integrator}");
-        match Peer::start(scene, integrator) {
+        match runs.and_then(|()| Peer::start(scene, integrator)) {
             Ok(peer) => {
                 let (device, setup) = (peer.name.clone(), peer.setup);
                 let run = Run { scene: scene.name.clone(), method, device, on_cpu: true, plan: integrator.to_string(), setup };

@@ -59,9 +59,13 @@ impl PeerImage {
     }
 }
 
-/// The integrators that can render `scene`.
-pub fn integrators(scene: &Scene) -> &'static [&'static str] {
-    if fog(scene).is_some() { &["volpath"] } else { &["path", "ptracer"] }
+/// The integrators for `scene`: from the camera and from the lights; or why there is none.
+pub fn integrators(scene: &Scene) -> [(&'static str, std::result::Result<(), String>); 2] {
+    if fog(scene).is_some() {
+        [("volpath", Ok(())), ("ptracer", Err("Mitsuba's light tracer knows no fog".to_string()))]
+    } else {
+        [("path", Ok(())), ("ptracer", Ok(()))]
+    }
 }
 
 impl Peer {
@@ -95,7 +99,9 @@ impl Peer {
         let Some(first) = answer(&mut output) else {
             end(&mut process);
             let said = std::fs::read_to_string(errors).unwrap_or_default();
-            return Err(said.lines().last().unwrap_or("python3 ended").to_string());
+            // LLVM ends the process with a page after its complaint.
+            let complaint = said.lines().find(|line| line.contains("ERROR")).or(said.lines().last());
+            return Err(complaint.unwrap_or("python3 ended").to_string());
         };
         let (name, setup) = (first["name"].as_str().unwrap_or_default().to_string(), first["setup"].as_f64().unwrap_or(f64::NAN));
         Ok(Peer { process, input, output, folder: folder.to_path_buf(), name, setup })
@@ -239,4 +245,41 @@ fn ply(mesh: &Mesh) -> String {
         let _ = writeln!(text, "3 {a} {b} {c}");
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{LoadOptions, load};
+
+    #[test]
+    fn all_scenes_for_comparison_can_be_handed_over() {
+        let folder = std::env::temp_dir().join(format!("abbe-peer-test-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let described = |name: &str| {
+            let scene = load(Path::new(&format!("scenes/compare/{name}.json")), &LoadOptions::default()).unwrap();
+            let (integrator, runs) = integrators(&scene)[0].clone();
+            runs.unwrap();
+            describe(&scene, integrator, &folder).unwrap()
+        };
+        let kinds = |scene: &Value| -> Vec<String> {
+            scene["shapes"].as_array().unwrap().iter().map(|s| s["kind"].as_str().unwrap().to_string()).collect()
+        };
+        for name in ["barrel", "bunny_light", "cornell_prism", "cornell_spheres", "nephroid", "newton", "pool"] {
+            let scene = described(name);
+            assert!(scene["fog"].is_null() && scene["integrator"] == "path", "{name}");
+            let shining = scene["shapes"].as_array().unwrap().iter().filter(|s| !s["radiance"].is_null()).count();
+            assert_eq!(shining, 1, "{name}");
+            let bends = kinds(&scene).iter().any(|kind| ["dielectric", "conductor"].contains(&kind.as_str()));
+            assert!(bends, "{name}: {:?}", kinds(&scene));
+        }
+        let fog = described("fog");
+        assert_eq!(fog["integrator"], "volpath");
+        assert_eq!(fog["fog"], json!({"sigma_t": 0.15, "albedo": 1.0, "g": 0.0}));
+        assert_eq!(kinds(&fog).iter().filter(|kind| *kind == "fog").count(), 1);
+        // N-SF11 by its Sellmeier formula at 587.6 nm: 1.78472; the table is in steps of 1 nm from 380 on.
+        let index = fog["shapes"].as_array().unwrap().iter().find_map(|s| s["ior"][208].as_f64()).unwrap();
+        assert!((index - 1.78472).abs() < 1e-4, "{index}");
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
 }
