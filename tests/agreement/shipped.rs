@@ -87,7 +87,7 @@ agree! {
     prism, 128, 1.0, on_the_floor(shipped("prism.json", BINS));
     fog, 128, 1.0, on_the_floor(shipped("fog.json", BINS));
     barrel, 128, 1.0, on_the_floor(shipped("barrel.json", BINS));
-    bunny_light, 128, 1.0, on_the_floor(shipped("bunny_light.json", BINS));
+    bunny_light, 192, 1.0, on_the_floor(shipped("bunny_light.json", BINS));
     nephroid, 128, 1.0, measured(shipped("nephroid.json", BINS), [-1.0, 1e-3, 1.0], [2.0, 0.0, 0.0], [0.0, 0.0, -2.0]);
     newton, 128, 1.0, measured(shipped("newton.json", BINS), [-0.5, 1e-3, 0.5], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]);
     compare_newton, 128, 1.0, with_lamp(shipped("compare/newton.json", BINS), slit());
