@@ -105,7 +105,7 @@ fn rising(angles: Vec<f64>, most: f64, what: &str) -> std::result::Result<Vec<f6
 
 type Plane<'a> = (f64, &'a [f64]);
 
-/// The planes of the whole circle, from 0 to 360 degrees, out of those that a symmetry leaves (LM-63-2019, 5.2): one; 0 to 90; 0 to 180; 90 to 270; all.
+/// The planes of the whole circle, from 0 to 360 degrees, out of those that a symmetry leaves: one; 0 to 90; 0 to 180; 90 to 270; all.
 fn all_around<'a>(planes: &[Plane<'a>]) -> std::result::Result<Vec<Plane<'a>>, Problem> {
     let (first, last) = (planes[0], planes[planes.len() - 1]);
     let mirrored = |planes: &[Plane<'a>], about: f64| -> Vec<Plane<'a>> {
