@@ -31,6 +31,7 @@ enum Kind {
     Environment,
     Texture,
     Spectrum,
+    Profile,
     Exr,
 }
 
@@ -49,6 +50,7 @@ const CORPUS: &[(&str, Kind)] = &[
     ("tests/data/scenes/sky.png", Kind::Environment),
     ("tests/data/scenes/sky.png", Kind::Texture),
     ("tests/data/scenes/ramp.csv", Kind::Spectrum),
+    ("tests/data/scenes/lamp.ies", Kind::Profile),
     ("tests/data/fichet_emissive_20.exr", Kind::Exr),
     ("tests/data/fichet_reflective_20.exr", Kind::Exr),
 ];
@@ -82,6 +84,9 @@ fn read(kind: Kind, bytes: &[u8], folder: &Path, name: &str) -> bool {
                "shapes": [{{"quad": {{"corner": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}}, "material": "m"}}]"#
         )),
         Kind::Spectrum => within(&format!(r#""lights": [{{"constant": {{"radiance": {{"file": "{name}"}}}}}}]"#)),
+        Kind::Profile => {
+            within(&format!(r#""lights": [{{"spot": {{"position": [0, 0, 0], "direction": [0, -1, 0], "profile": "{name}"}}}}]"#))
+        }
         Kind::Exr => SpectralImage::read(folder.join(name)).map(|_| ()),
     };
     if let Err(e) = &read {
@@ -157,6 +162,7 @@ fn known_attacks_and_inputs_of_past_failures_are_errors_of_one_line() {
             Some("glb" | "gltf") => Kind::Gltf,
             Some("png" | "jpg" | "hdr") => Kind::Texture,
             Some("csv") => Kind::Spectrum,
+            Some("ies") => Kind::Profile,
             Some("exr") => Kind::Exr,
             _ => continue,
         };

@@ -10,6 +10,8 @@ mod gltf;
 mod instances;
 #[path = "scene/malformed.rs"]
 mod malformed;
+#[path = "scene/profiles.rs"]
+mod profiles;
 #[path = "scene/textures.rs"]
 mod textures;
 #[path = "scene/units.rs"]

@@ -68,10 +68,36 @@ fn sample_target(p: vec3f, total: f32, u: vec2f) -> vec3f {
 #endif
 
 #if LIGHT_POINT
-// Solid angle that a point or spot fills.
+// Solid angle that a point or spot fills; of a profile its flux over its greatest intensity.
 fn light_solid_angle(light: Light) -> f32 {
+#if LIGHT_PROFILE
+    if (light.kind == LIGHT_KIND_PROFILE) {
+        return light.p1.w;
+    }
+#endif
     return select(4.0 * PI, 2.0 * PI * (1.0 - light.p2.y), light.kind == LIGHT_KIND_SPOT);
 }
+
+// Density of the directions of a point, spot or profile by itself.
+fn pdf_point_light(light: Light, d: vec3f) -> f32 {
+#if LIGHT_PROFILE
+    if (light.kind == LIGHT_KIND_PROFILE) {
+        return profile_towards(light, d).y;
+    }
+#endif
+    return 1.0 / light_solid_angle(light);
+}
+
+#if LIGHT_PATHS
+fn sample_point_light(light: Light, u: vec2f) -> vec3f {
+#if LIGHT_PROFILE
+    if (light.kind == LIGHT_KIND_PROFILE) {
+        return sample_profile(light, u);
+    }
+#endif
+    return normalize(frame_around(light.p1.xyz) * sample_cone(u, light_solid_angle(light) / (2.0 * PI)));
+}
+#endif
 #endif
 
 #if LIGHT_AREA
@@ -116,10 +142,11 @@ fn sample_target_line(d: vec3f, u: vec2f) -> vec3f {
 fn emission_density(light: Light, o: vec3f, d: vec3f, cos_theta: f32, at: u32) -> f32 {
     switch light.kind {
 #if LIGHT_POINT
-        case LIGHT_KIND_POINT, LIGHT_KIND_SPOT: {
+        case LIGHT_KIND_POINT, LIGHT_KIND_SPOT, LIGHT_KIND_PROFILE: {
             let total = all_solid_angles(o);
-            let wide = 1.0 / light_solid_angle(light);
-            return light.probability * select(density_of_halves(wide, 1.0 / total, targets_hit(o, d)), wide, total * wide >= 1.0);
+            let wide = pdf_point_light(light, d);
+            let halves = density_of_halves(wide, 1.0 / total, targets_hit(o, d));
+            return light.probability * select(halves, wide, total >= light_solid_angle(light));
         }
 #endif
 #if LIGHT_BEAM
@@ -171,7 +198,7 @@ fn emission_density_of_sample(s: LightSample, p: vec3f) -> f32 {
     }
 #endif
 #if LIGHT_POINT
-    if (light.kind == LIGHT_KIND_POINT || light.kind == LIGHT_KIND_SPOT) {
+    if (light.kind == LIGHT_KIND_POINT || light.kind == LIGHT_KIND_SPOT || light.kind == LIGHT_KIND_PROFILE) {
         o = light.p0.xyz;
     }
 #endif

@@ -30,7 +30,7 @@ fn emit() -> Ray {
     var chance = 0.0;
     switch light.kind {
 #if LIGHT_POINT
-        case LIGHT_KIND_POINT, LIGHT_KIND_SPOT: {
+        case LIGHT_KIND_POINT, LIGHT_KIND_SPOT, LIGHT_KIND_PROFILE: {
             let total = all_solid_angles(ray.o);
             let wide = light_solid_angle(light);
             let halves = total < wide;
@@ -38,12 +38,10 @@ fn emit() -> Ray {
             if (aimed) {
                 ray.d = sample_target(ray.o, total, v);
             } else {
-                ray.d = normalize(frame_around(n) * sample_cone(v, wide / (2.0 * PI)));
+                ray.d = sample_point_light(light, v);
             }
             given_up = halves && aimed != (targets_hit(ray.o, ray.d) > 0.0);
-            if (light.kind == LIGHT_KIND_SPOT) {
-                weight = smoothstep(light.p2.y, light.p2.x, dot(ray.d, n));
-            }
+            weight = intensity_along(light, ray.d);
         }
 #endif
 #if LIGHT_BEAM
@@ -161,7 +159,7 @@ fn light_density_at(p: vec3f) -> f32 {
     let d2 = dot(v, v);
     switch light.kind {
 #if LIGHT_POINT
-        case LIGHT_KIND_POINT, LIGHT_KIND_SPOT: {
+        case LIGHT_KIND_POINT, LIGHT_KIND_SPOT, LIGHT_KIND_PROFILE: {
             return light.probability * d2;
         }
 #endif

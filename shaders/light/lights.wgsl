@@ -212,6 +212,25 @@ fn sample_area_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
 }
 #endif
 
+#if PRECISE_ANGLES
+#include "light/angles.wgsl"
+#endif
+#if LIGHT_PROFILE
+#include "light/profile.wgsl"
+#endif
+
+#if LIGHT_POINT
+// Intensity of a point, spot or profile along `d`, over its greatest.
+fn intensity_along(light: Light, d: vec3f) -> f32 {
+#if LIGHT_PROFILE
+    if (light.kind == LIGHT_KIND_PROFILE) {
+        return profile_towards(light, d).x;
+    }
+#endif
+    return select(1.0, smoothstep(light.p2.y, light.p2.x, dot(d, light.p1.xyz)), light.kind == LIGHT_KIND_SPOT);
+}
+#endif
+
 #if LIGHT_ENVIRONMENT
 #include "light/environment.wgsl"
 #endif
@@ -244,17 +263,14 @@ fn sample_light_of(light: Light, p: vec3f, u: vec2f) -> LightSample {
     s.row = light.row;
     switch light.kind {
 #if LIGHT_POINT
-        case LIGHT_KIND_POINT, LIGHT_KIND_SPOT: {
+        case LIGHT_KIND_POINT, LIGHT_KIND_SPOT, LIGHT_KIND_PROFILE: {
             let v = light.p0.xyz - p;
             let d2 = dot(v, v);
             if (d2 > 0.0) {
                 s.wi = v * inverseSqrt(d2);
                 s.distance = sqrt(d2);
                 s.density = light.probability * d2;
-                s.weight = 1.0 / s.density;
-                if (light.kind == LIGHT_KIND_SPOT) {
-                    s.weight *= smoothstep(light.p2.y, light.p2.x, -dot(s.wi, light.p1.xyz));
-                }
+                s.weight = intensity_along(light, -s.wi) / s.density;
             }
         }
 #endif

@@ -56,7 +56,7 @@ fn explain(scene: &Scene, plan: &Plan) -> Vec<String> {
         sensor_name(&scene.sensor)
     )];
     let lamps = scene.shapes.iter().filter(|s| s.emission.is_some()).map(|s| format!("{:?} (shape)", s.name));
-    let lights: Vec<String> = scene.lights.iter().map(|l: &Light| light_name(l).to_string()).chain(lamps).collect();
+    let lights: Vec<String> = scene.lights.iter().map(|l: &Light| light_name(l)).chain(lamps).collect();
     lines.push(format!("light: {}", if lights.is_empty() { "none".into() } else { lights.join(", ") }));
     for interior in &scene.interiors[1..] {
         let mut parts = vec![index(&interior.ior, bins.min_nm, bins.max_nm)];

@@ -115,6 +115,8 @@ shared_constants! {
     LIGHT_KIND_CONSTANT = 8;
     /// `p0`, `p1`, `p2`: rows of the rotation into the picture, `w`: width, height, row of the upsampling coordinate.
     LIGHT_KIND_IMAGE = 9;
+    /// `p0`: position, `w`: first texel of its profile; `p1`: axis, `w`: flux over greatest intensity, sr; `p2`: direction of azimuth 0.
+    LIGHT_KIND_PROFILE = 10;
     /// Surfaces in a row that a ray may pass straight through before it is given up.
     MAX_CROSSINGS = 10000;
     /// Rays traced.

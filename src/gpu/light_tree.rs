@@ -139,6 +139,11 @@ pub(super) fn placed(scene: &Scene) -> Vec<TreeLight> {
                 let cone = Cone { axis: *direction, angle: cos_outer.clamp(-1.0, 1.0).acos() };
                 (at(position, 0.0), cone, 2.0 * PI * (1.0 - cos_outer) * intensity.mean(lo, hi))
             }
+            Light::Profile { position, axes, intensity, profile } => {
+                // Light leaves up to a right angle off the cone.
+                let cone = Cone { axis: axes.z_axis, angle: (profile.reach() - FRAC_PI_2).max(0.0) };
+                (at(position, 0.0), cone, profile.solid_angle() * intensity.mean(lo, hi))
+            }
             Light::Beam { origin, direction, radius, irradiance } => {
                 let cone = Cone { axis: *direction, angle: 0.0 };
                 (at(origin, *radius), cone, PI * radius * radius * irradiance.mean(lo, hi))

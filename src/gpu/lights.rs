@@ -2,6 +2,7 @@
 
 use super::layout::{self, Light, LightNode, NO_INDEX};
 use super::light_tree;
+use super::profiles::Profiles;
 use super::scene::{Rows, SpectrumRow, alias_table, rank};
 use super::textures::Textures;
 use crate::error::{Error, Result};
@@ -20,6 +21,8 @@ pub(super) struct Lights {
     pub of_primitive: Vec<u32>,
     /// Texels of the environment picture: coefficients and scale; threshold, alias, pdf per solid angle.
     pub environment: Vec<Vec4>,
+    /// Profiles of lamps (shaders/light/profile.wgsl).
+    pub profiles: Vec<Vec4>,
     /// Index of the first distant light.
     pub first_distant: usize,
     /// The tree over all others, if it pays: its nodes, and then the trails of the lights, four to a texel.
@@ -94,6 +97,7 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
         sources_so_far += 1;
     }
     let mut environment = Vec::new();
+    let mut profiles = Profiles::default();
     let mut environment_light = NO_INDEX as usize;
     // Lights at a place first, those from infinity last.
     let is_distant =
@@ -119,6 +123,12 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
                 let (row, p1) = (rows.spectrum(intensity), vec4(*direction));
                 let power = 2.0 * PI * (1.0 - 0.5 * (cos_inner + cos_outer)) * intensity.mean(lo, hi);
                 (Light { kind: layout::LIGHT_KIND_SPOT, row, p0: at(*position), p1, p2, ..none }, power)
+            }
+            scene::Light::Profile { position, axes, intensity, profile } => {
+                let (row, solid_angle) = (rows.spectrum(intensity), profile.solid_angle());
+                let p0 = at(*position).with_w(f32::from_bits(profiles.add(profile)));
+                let (p1, p2) = (vec4(axes.z_axis).with_w(solid_angle as f32), vec4(axes.x_axis));
+                (Light { kind: layout::LIGHT_KIND_PROFILE, row, p0, p1, p2, ..none }, solid_angle * intensity.mean(lo, hi))
             }
             scene::Light::Beam { origin, direction, radius, irradiance } => {
                 let (row, p1, p2) = (rows.spectrum(irradiance), vec4(*direction), size(*radius, 0.0));
@@ -184,7 +194,19 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
     // Exactly 1 where there is nothing else to choose.
     let near_share = 1.0 - records[first_distant..].iter().map(|r| f64::from(r.probability)).sum::<f64>();
     let power = powers.iter().sum();
-    Ok(Lights { records, of_primitive, environment, first_distant, tree, first_trail, near_share, environment_light, power })
+    let profiles = profiles.texels;
+    Ok(Lights {
+        records,
+        of_primitive,
+        environment,
+        profiles,
+        first_distant,
+        tree,
+        first_trail,
+        near_share,
+        environment_light,
+        power,
+    })
 }
 
 /// How much of the mean radiance of its picture a triangle shows, at 64 points of it; never 0, as a bright spot may lie between those.
@@ -235,7 +257,9 @@ fn places(scene: &Scene) -> Vec<Vec<usize>> {
         })
         .collect();
     points.extend(scene.lights.iter().filter_map(|l| match l {
-        scene::Light::Point { position, .. } | scene::Light::Spot { position, .. } => Some(*position),
+        scene::Light::Point { position, .. } | scene::Light::Spot { position, .. } | scene::Light::Profile { position, .. } => {
+            Some(*position)
+        }
         scene::Light::Beam { origin, .. } => Some(*origin),
         _ => None,
     }));

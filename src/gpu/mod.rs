@@ -7,6 +7,7 @@ pub mod layout;
 mod light_tree;
 mod lights;
 mod primitives;
+mod profiles;
 mod scene;
 pub mod shader;
 mod targets;

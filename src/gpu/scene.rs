@@ -146,6 +146,7 @@ impl GpuScene {
             ("tables", gpu.storage("energy tables", &tables.entries)?),
             ("targets", gpu.table("targets of light paths", &targets)?),
             ("environment", gpu.table("environment picture", &lights.environment)?),
+            ("profiles", gpu.table("profiles of lamps", &lights.profiles)?),
             ("textures", gpu.table("textures", &textures)?),
         ];
         let bytes = resources.iter().map(|(_, r)| r.size()).sum();

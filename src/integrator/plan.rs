@@ -83,6 +83,7 @@ impl Plan {
         let area = emits(&|_| true);
         let sun = light(&|l| matches!(l, Light::Sun { .. }));
         let constant = light(&|l| matches!(l, Light::Constant { .. }));
+        let profile = light(&|l| matches!(l, Light::Profile { .. }));
         let image = light(&|l| matches!(l, Light::Image(_)));
         let lights = area || !scene.lights.is_empty();
         let conductor = smooth_conductor || rough_conductor;
@@ -147,11 +148,13 @@ impl Plan {
             ("LIGHT_SPHERE", emits(&|g| matches!(g, Geometry::Sphere { .. }))),
             ("LIGHT_DISC", emits(&|g| matches!(g, Geometry::Disc { .. }))),
             ("LIGHT_CYLINDER", emits(&|g| matches!(g, Geometry::Cylinder { .. }))),
-            ("LIGHT_POINT", light(&|l| matches!(l, Light::Point { .. } | Light::Spot { .. }))),
+            ("LIGHT_POINT", light(&|l| matches!(l, Light::Point { .. } | Light::Spot { .. } | Light::Profile { .. }))),
+            ("LIGHT_PROFILE", profile),
             ("LIGHT_BEAM", light(&|l| matches!(l, Light::Beam { .. }))),
             ("LIGHT_SUN", sun),
             ("ENV_CONSTANT", constant),
             ("ENV_IMAGE", image),
+            ("PRECISE_ANGLES", image || profile),
             ("LIGHT_ENVIRONMENT", sun || constant || image),
             ("SENSOR_PERSPECTIVE", matches!(scene.sensor, Sensor::Perspective { .. })),
             ("SENSOR_ORTHOGRAPHIC", matches!(scene.sensor, Sensor::Orthographic { .. })),
@@ -166,7 +169,7 @@ impl Plan {
         let gathers = diffuse || scattering;
         let scatters = gathers || rough_dielectric || rough_conductor || rough_coat;
         // Fog in the light of spots and beams is lit where few camera paths are.
-        let shafts = scattering && light(&|l| matches!(l, Light::Spot { .. } | Light::Beam { .. }));
+        let shafts = scattering && light(&|l| matches!(l, Light::Spot { .. } | Light::Profile { .. } | Light::Beam { .. }));
         let caustics = lights && (bends || shafts) && (scatters || !camera);
         let joined = caustics && techniques.light_paths;
         let gathered = caustics && techniques.gathering && camera && bends && gathers;
@@ -328,7 +331,7 @@ fn blind_spots(scene: &Scene, features: &Features) -> Vec<String> {
     for light in &scene.lights {
         let kind = match light {
             Light::Point { .. } => "point lights",
-            Light::Spot { .. } => "spot lights",
+            Light::Spot { .. } | Light::Profile { .. } => "spot lights",
             Light::Beam { .. } => "parallel beams",
             Light::Sun { cos_angle, .. } if *cos_angle >= 1.0 => "suns of no angular size",
             _ => continue,
@@ -398,6 +401,7 @@ impl fmt::Display for Plan {
                     ("LIGHT_DISC", "discs"),
                     ("LIGHT_CYLINDER", "cylinders"),
                     ("LIGHT_POINT", "points and spots"),
+                    ("LIGHT_PROFILE", "measured lamps"),
                     ("LIGHT_BEAM", "beams"),
                     ("LIGHT_SUN", "sun"),
                     ("ENV_CONSTANT", "constant environment"),

@@ -122,7 +122,7 @@ fn emission(scene: &Scene) -> Vec<(f64, Spectrum)> {
     let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
     let shapes = scene.shapes.iter().filter_map(|s| s.emission.as_ref().map(|e| e.radiance.shape()));
     let lights = scene.lights.iter().map(|l| match l {
-        Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity,
+        Light::Point { intensity, .. } | Light::Spot { intensity, .. } | Light::Profile { intensity, .. } => intensity,
         Light::Beam { irradiance, .. } | Light::Sun { irradiance, .. } => irradiance,
         Light::Constant { radiance } => radiance,
         Light::Image(map) => &map.illuminant,

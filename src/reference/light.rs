@@ -75,6 +75,7 @@ impl Emitters {
                 Light::Spot { intensity, cos_inner, cos_outer, .. } => {
                     2.0 * PI * (1.0 - 0.5 * (cos_inner + cos_outer)) * mean(intensity)
                 }
+                Light::Profile { intensity, profile, .. } => profile.solid_angle() * mean(intensity),
                 Light::Beam { radius, irradiance, .. } => PI * radius * radius * mean(irradiance),
                 Light::Sun { irradiance, .. } => cross_section * mean(irradiance),
                 Light::Constant { radiance } => 4.0 * PI * cross_section * mean(radiance),
@@ -109,6 +110,11 @@ impl Stage {
                 let dir = on_cone(*direction, *cos_outer, rng);
                 let x = ((dir.dot(*direction) - cos_outer) / (cos_inner - cos_outer)).clamp(0.0, 1.0);
                 let weight = x * x * (3.0 - 2.0 * x) * 2.0 * PI * (1.0 - cos_outer);
+                (Ray::new(*position, dir), lanes(&|nm| weight * intensity.eval(nm)))
+            }
+            (Light::Profile { position, axes, intensity, profile }, _) => {
+                let dir = on_cone(DVec3::Y, -1.0, rng);
+                let weight = profile.eval(axes.transpose() * dir) * 4.0 * PI;
                 (Ray::new(*position, dir), lanes(&|nm| weight * intensity.eval(nm)))
             }
             (Light::Beam { origin, direction, radius, irradiance }, _) => {
@@ -191,7 +197,7 @@ impl Stage {
 pub(super) fn without_size(light: &Light) -> Option<&'static str> {
     match light {
         Light::Point { .. } => Some("a point light"),
-        Light::Spot { .. } => Some("a spot light"),
+        Light::Spot { .. } | Light::Profile { .. } => Some("a spot light"),
         Light::Beam { .. } => Some("a parallel beam"),
         Light::Sun { cos_angle, .. } if *cos_angle >= 1.0 => Some("a sun without size"),
         _ => None,

@@ -33,7 +33,9 @@ fn emits(shape: &Shape) -> bool {
 fn unlit(scene: &Scene, out: &mut Vec<String>) {
     let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
     let dark = |light: &Light| match light {
-        Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity.mean(lo, hi) == 0.0,
+        Light::Point { intensity, .. } | Light::Spot { intensity, .. } | Light::Profile { intensity, .. } => {
+            intensity.mean(lo, hi) == 0.0
+        }
         Light::Beam { irradiance, .. } | Light::Sun { irradiance, .. } => irradiance.mean(lo, hi) == 0.0,
         Light::Constant { radiance } => radiance.mean(lo, hi) == 0.0,
         Light::Image(map) => map.texels.iter().all(|t| t[3] == 0.0),
@@ -181,7 +183,7 @@ fn lights_inside(scene: &Scene, out: &mut Vec<String>) {
     for light in &scene.lights {
         match light {
             Light::Point { position, .. } => places.push(("a point light".into(), *position)),
-            Light::Spot { position, .. } => places.push(("a spot light".into(), *position)),
+            Light::Spot { position, .. } | Light::Profile { position, .. } => places.push(("a spot light".into(), *position)),
             Light::Beam { origin, .. } => places.push(("a beam".into(), *origin)),
             _ => {}
         }

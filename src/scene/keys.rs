@@ -76,7 +76,7 @@ pub const KEYS: &[(&str, &[&str])] = &[
     ("transform", &["scale", "axis", "rotate_deg", "translate", "matrix"]),
     ("light", LIGHTS),
     ("point", &["position", "intensity"]),
-    ("spot", &["position", "direction", "intensity", "inner_deg", "outer_deg"]),
+    ("spot", &["position", "direction", "intensity", "inner_deg", "outer_deg", "profile", "rotate_deg"]),
     ("beam", &["origin", "direction", "radius", "irradiance"]),
     ("laser", &["origin", "direction", "radius", "power_W", "wavelength_nm", "width_nm"]),
     ("sun", &["direction", "angle_deg", "irradiance"]),

@@ -3,10 +3,12 @@
 use super::json::Node;
 use super::keys::LIGHTS;
 use super::load::Loader;
+use super::profile::lamp_axes;
 use super::units::Source;
-use super::{Light, environment};
+use super::{Light, environment, ies};
+use crate::color::cie;
 use crate::error::Result;
-use crate::spectrum::Spectrum;
+use crate::spectrum::{Spectrum, library::Observer};
 use std::f64::consts::PI;
 
 impl Loader {
@@ -30,6 +32,7 @@ impl Loader {
                 position: inner.need("position")?.point()?,
                 intensity: amount("intensity", Source::Point(4.0 * PI))?,
             },
+            "spot" if inner.get("profile").is_some() => self.profile(&inner)?,
             "spot" => {
                 let outer = inner.need("outer_deg")?;
                 let outer_deg = outer.within(1e-3, 90.0)?;
@@ -93,6 +96,36 @@ impl Loader {
             _ => environment::image(&self.reader, &inner)?,
         })
     }
+}
+
+impl Loader {
+    /// A spot whose distribution comes from a file, and with it the amount of its light unless the scene gives one.
+    fn profile(&self, node: &Node) -> Result<Light> {
+        if let Some(angle) = node.get("inner_deg").or_else(|| node.get("outer_deg")) {
+            return Err(angle.fail("the profile says how far the light spreads", "leave out inner_deg and outer_deg"));
+        }
+        let profile = ies::read(&self.reader, &node.need("profile")?)?;
+        let rotation = node.get("rotate_deg").map_or(Ok(0.0), |n| n.within(-360.0, 360.0))?.to_radians();
+        let source = Source::Point(profile.solid_angle());
+        Ok(Light::Profile {
+            position: node.need("position")?.point()?,
+            axes: lamp_axes(node.need("direction")?.direction()?, rotation),
+            intensity: self.reader.light_by_file(node, "intensity", source, profile.peak_cd())?,
+            profile,
+        })
+    }
+}
+
+/// Luminous flux of a light that has a place, lm.
+pub fn luminous_flux_lm(light: &Light) -> Option<f64> {
+    let (spectrum, extent) = match light {
+        Light::Point { intensity, .. } => (intensity, 4.0 * PI),
+        Light::Spot { intensity, cos_inner, cos_outer, .. } => (intensity, spot_solid_angle(*cos_inner, *cos_outer)),
+        Light::Profile { intensity, profile, .. } => (intensity, profile.solid_angle()),
+        Light::Beam { irradiance, radius, .. } => (irradiance, PI * radius * radius),
+        Light::Sun { .. } | Light::Constant { .. } | Light::Image(_) => return None,
+    };
+    Some(extent * cie::xyz_of(spectrum, Observer::Cie1931)[1])
 }
 
 /// Integral of a spot's falloff over directions: the smoothstep between the cosines counts half.

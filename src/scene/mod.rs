@@ -11,6 +11,7 @@ mod gltf_file;
 mod gltf_material;
 mod gltf_override;
 mod gltf_texture;
+mod ies;
 mod image_texture;
 mod instance;
 mod json;
@@ -22,6 +23,7 @@ mod mesh;
 mod obj;
 mod picture;
 mod ply;
+mod profile;
 pub mod roughness;
 mod sensor;
 mod shapes;
@@ -33,8 +35,10 @@ mod units;
 pub use advice::advice;
 pub use instance::Instance;
 pub(crate) use json::{quoted, suggest};
+pub use lights::luminous_flux_lm;
 pub use load::{LoadOptions, load, load_str};
 pub(crate) use mesh::read as read_mesh;
+pub use profile::{Profile, ProfileCell};
 pub use sensor::{Bins, FilmSettings, Filter, Sensor, WavelengthSampling};
 pub use texture::Texture;
 
@@ -298,6 +302,17 @@ pub enum Light {
         cos_inner: f64,
         /// Cosine beyond which it is zero; less than `cos_inner`.
         cos_outer: f64,
+    },
+    /// Point with a measured distribution.
+    Profile {
+        /// Where.
+        position: DVec3,
+        /// World directions of the lamp's axes: X (azimuth 0), Y, and Z, along which it points.
+        axes: DMat3,
+        /// In the brightest direction, W sr^-1 nm^-1.
+        intensity: Spectrum,
+        /// Over that.
+        profile: Arc<Profile>,
     },
     /// Parallel light of circular cross-section that starts at a disc; a laser is a narrow one with a line spectrum.
     Beam {

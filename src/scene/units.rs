@@ -6,7 +6,7 @@ use super::json::Node;
 use super::spectra::{Place, SpectrumReader};
 use crate::color::cie;
 use crate::error::Result;
-use crate::spectrum::{Spectrum, library::Observer};
+use crate::spectrum::{Spectrum, library::Observer, upsample};
 use std::f64::consts::PI;
 
 /// The units an amount may be given in.
@@ -63,9 +63,26 @@ impl SpectrumReader {
             let fitting: Vec<&str> = UNITS.iter().copied().filter(|u| source.amount(u).is_some()).collect();
             return Err(amount.fail(format!("{unit} does not fit this light"), format!("use one of {}", fitting.join(", "))));
         };
+        self.scaled(node, shape, amount.non_negative()?, factor, photometric)
+    }
+
+    /// The amount under `key` of a light with a profile: as [`SpectrumReader::light`], or with no unit given (D65 if there is no such key at all) the
+    /// `candela` of its file.
+    pub(super) fn light_by_file(&self, light: &Node, key: &str, source: Source, candela: f64) -> Result<Spectrum> {
+        let Some(node) = light.get(key) else { return self.scaled(light, upsample::white(), candela, 1.0, true) };
+        if node.get("spectrum").is_none() || UNITS.iter().any(|unit| node.get(unit).is_some()) {
+            return self.light(&node, source);
+        }
+        node.object("quantity")?;
+        let shape = self.spectrum(&node.need("spectrum")?, Place::Light)?;
+        self.scaled(&node, shape, candela, 1.0, true)
+    }
+
+    /// `shape` times what makes `factor` of it come to `amount`, in photometric units or watts.
+    fn scaled(&self, node: &Node, shape: Spectrum, amount: f64, factor: f64, photometric: bool) -> Result<Spectrum> {
         let total =
             if photometric { cie::xyz_of(&shape, Observer::Cie1931)[1] } else { shape.integral(self.range.0, self.range.1) };
-        let scaled = shape.scaled(amount.non_negative()? / (factor * total));
+        let scaled = shape.scaled(amount / (factor * total));
         if !(total > 0.0 && factor > 0.0) {
             return Err(
                 node.fail("the spectrum is dark where it is measured", "use a spectrum that shines within the film's range")

@@ -215,6 +215,14 @@ fn spot() -> Scene {
     lit_by(vec![Light::Spot { position, direction, intensity: ramp(1.0, 2.0), cos_inner: 0.95, cos_outer: 0.8 }])
 }
 
+fn measured_lamps() -> Scene {
+    let (position, target) = (dvec3(0.3, 2.4, 0.4), dvec3(0.1, 1.2, 0.2));
+    lit_by(vec![
+        measured_lamp(position, (target - position).normalize(), ramp(1.0, 2.0)),
+        measured_lamp(dvec3(-0.5, 1.0, 0.3), dvec3(0.6, 0.1, 0.0).normalize(), ramp(0.5, 0.2)),
+    ])
+}
+
 fn beam() -> Scene {
     let origin = dvec3(0.1, 3.0, 0.2);
     lit_by(vec![Light::Beam { origin, direction: -DVec3::Y, radius: 0.5, irradiance: ramp(1.0, 2.0) }])
@@ -362,6 +370,7 @@ agree! {
     point_light, 96, 1.0, point();
     spot_light, 96, 1.0, spot();
     parallel_beam, 96, 1.0, beam();
+    lamps_by_profiles, 96, 1.5, measured_lamps();
     sun_of_no_size, 96, 1.0, parallel_sun();
     skies, 96, 1.0, sky();
     lamps_of_all_shapes, 96, 1.0, lamps();

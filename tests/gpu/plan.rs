@@ -74,6 +74,7 @@ fn axes() -> [Vec<Value>; 5] {
         lamp("cylinder", json!({"base": [0, 3, 0], "top": [1, 3, 0], "radius": 0.1})),
         json!({"lights": [{"point": {"position": [0, 3, 0], "intensity": 1}}]}),
         json!({"lights": [{"spot": {"position": [0, 3, 0], "direction": [0, -1, 0], "intensity": 1, "inner_deg": 10, "outer_deg": 20}}]}),
+        json!({"lights": [{"spot": {"position": [0, 3, 0], "direction": [0, -1, 0], "profile": "lamp.ies"}}]}),
         json!({"lights": [{"beam": {"origin": [0, 3, 0], "direction": [0, -1, 0], "radius": 0.1, "irradiance": 1}}]}),
         json!({"lights": [{"sun": {"direction": [1, -1, 0], "angle_deg": 0.53, "irradiance": 1}}]}),
         json!({"lights": [{"constant": {"radiance": 1}}]}),

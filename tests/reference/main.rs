@@ -177,6 +177,20 @@ fn every_light_gives_the_flux_it_should() {
     close("point", flux_of(Light::Point { position, intensity: flat(3.0) }), 3.0 * cap);
     let spot = Light::Spot { position, direction: toward, intensity: flat(3.0), cos_inner: 0.95, cos_outer: 0.9 };
     close("spot", flux_of(spot), 3.0 * 2.0 * PI * (0.05 + 0.025));
+    // The mean of the lamp's intensity over the cap that the ball fills, in even steps.
+    let lamp = measured_lamp(position, toward, flat(3.0));
+    let Light::Profile { profile, axes, .. } = &lamp else { panic!("no profile") };
+    let (mut seen, n) = (0.0, 400);
+    for i in 0..n {
+        for j in 0..n {
+            let (z, phi) =
+                (1.0 - (1.0 - 0.75f64.sqrt()) * (f64::from(i) + 0.5) / f64::from(n), 2.0 * PI * f64::from(j) / f64::from(n));
+            let (r, frame) = ((1.0 - z * z).sqrt(), toward.any_orthonormal_pair());
+            let d = toward * z + frame.0 * (r * phi.cos()) + frame.1 * (r * phi.sin());
+            seen += profile.eval(axes.transpose() * d) / f64::from(n * n);
+        }
+    }
+    close("measured lamp", flux_of(lamp), 3.0 * cap * seen);
     let beam = Light::Beam { origin: position, direction: toward, radius: 0.5, irradiance: flat(3.0) };
     close("beam", flux_of(beam), 3.0 * PI * 0.25);
     close("parallel sun", flux_of(Light::Sun { direction: toward, cos_angle: 1.0, irradiance: flat(3.0) }), 3.0 * PI);

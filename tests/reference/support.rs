@@ -57,6 +57,19 @@ pub fn scene(width: u32, height: u32, count: u32, sensor: Sensor) -> Scene {
     }
 }
 
+/// The lamp of a file, that shines along `direction` from `position`.
+pub fn measured_lamp(position: DVec3, direction: DVec3, intensity: Spectrum) -> Light {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/scenes");
+    let text = format!(
+        r#"{{"film": {{"width": 1, "height": 1}}, "camera": {{"orthographic": {{"eye": [0, 0, 5], "target": [0, 0, 0], "height": 2}}}},
+            "lights": [{{"spot": {{"position": [{}, {}, {}], "direction": [{}, {}, {}], "profile": "lamp.ies", "rotate_deg": 30}}}}]}}"#,
+        position.x, position.y, position.z, direction.x, direction.y, direction.z
+    );
+    let scene = load_str(&text, std::path::Path::new("lamp.json"), &folder, &LoadOptions::default()).expect("the lamp");
+    let Some(Light::Profile { position, axes, profile, .. }) = scene.lights.into_iter().next() else { panic!("no profile") };
+    Light::Profile { position, axes, intensity, profile }
+}
+
 pub fn look_at(eye: DVec3, target: DVec3) -> DMat3 {
     let z = (eye - target).normalize();
     let up = if z.y.abs() > 0.99 { DVec3::Z } else { DVec3::Y };

@@ -27,7 +27,9 @@ fn light(text: &str) -> Light {
 
 fn amount(light: &Light) -> f64 {
     match light {
-        Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity.eval(550.0),
+        Light::Point { intensity, .. } | Light::Spot { intensity, .. } | Light::Profile { intensity, .. } => {
+            intensity.eval(550.0)
+        }
         Light::Beam { irradiance, .. } | Light::Sun { irradiance, .. } => irradiance.eval(550.0),
         Light::Constant { radiance } => radiance.eval(550.0),
         Light::Image(_) => panic!("an image has no amount"),

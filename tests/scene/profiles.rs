@@ -1,0 +1,151 @@
+//! Measured lamps: what files of every symmetry mean, and what is wrong with those that are refused.
+
+use crate::{folder, scene_with};
+use abbe::scene::{Light, LoadOptions, Profile, load_str, luminous_flux_lm};
+use glam::{DVec3, dvec3};
+use std::f64::consts::PI;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Loads a spot with this file and `more` keys.
+fn load(file: &str, more: &str) -> Result<Light, String> {
+    static COUNT: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
+    let number = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+    let base = std::env::temp_dir().join(format!("abbe-profiles-{}-{number}", std::process::id()));
+    std::fs::create_dir_all(&base).unwrap();
+    std::fs::write(base.join("lamp.ies"), file).unwrap();
+    let spot = format!(r#"[{{"spot": {{"position": [0, 3, 0], "direction": [0, -1, 0], "profile": "lamp.ies"{more}}}}}]"#);
+    let scene = load_str(&scene_with("lights", &spot), Path::new("test.json"), &base, &LoadOptions::default());
+    std::fs::remove_dir_all(&base).unwrap();
+    scene.map(|mut s| s.lights.remove(0)).map_err(|e| e.to_string())
+}
+
+fn profile(file: &str) -> Arc<Profile> {
+    let Light::Profile { profile, .. } = load(file, "").unwrap_or_else(|e| panic!("{e}")) else { panic!("no profile") };
+    profile
+}
+
+/// A file of these angles and candela.
+fn file(polar: &[f64], azimuth: &[f64], candela: impl Fn(f64, f64) -> f64) -> String {
+    let list = |v: &[f64]| v.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
+    let planes: Vec<String> = azimuth.iter().map(|&a| list(&polar.iter().map(|&p| candela(p, a)).collect::<Vec<_>>())).collect();
+    format!(
+        "IESNA:LM-63-2002\n[TEST] x\nTILT=NONE\n1 -1 1 {} {} 1 2 0 0 0\n1 1 10\n{}\n{}\n{}\n",
+        polar.len(),
+        azimuth.len(),
+        list(polar),
+        list(azimuth),
+        planes.join("\n")
+    )
+}
+
+fn along(polar: f64, azimuth: f64) -> DVec3 {
+    let (t, p) = (polar.to_radians(), azimuth.to_radians());
+    dvec3(t.sin() * p.cos(), t.sin() * p.sin(), t.cos())
+}
+
+fn near(a: f64, b: f64, share: f64) {
+    assert!((a - b).abs() <= share * b.abs(), "{a} is not {b}");
+}
+
+#[test]
+fn the_flux_is_the_integral_over_zones() {
+    // A cosine law of 100 cd in steps of 1 degree: 100 pi lm, but for the chords.
+    let degrees: Vec<f64> = (0..=90).map(f64::from).collect();
+    let light = load(&file(&degrees, &[0.0], |t, _| 100.0 * t.to_radians().cos().max(0.0)), "").unwrap();
+    near(luminous_flux_lm(&light).unwrap(), 100.0 * PI, 1e-4);
+    // Any file: zones of a thousandth of a degree, in which it hardly changes.
+    let text = std::fs::read_to_string(folder("tests/data/scenes/lamp.ies")).unwrap();
+    let light = load(&text, "").unwrap();
+    let Light::Profile { profile, .. } = &light else { panic!("no profile") };
+    near(profile.peak_cd(), 1000.0, 1e-12);
+    let (zones, sectors) = (3600, 720);
+    let mut sum = 0.0;
+    for i in 0..zones {
+        let edge = |i: i32| (180.0 * f64::from(i) / f64::from(zones)).to_radians().cos();
+        for j in 0..sectors {
+            let (t, p) = (180.0 * (f64::from(i) + 0.5) / f64::from(zones), 360.0 * (f64::from(j) + 0.5) / f64::from(sectors));
+            sum += (edge(i) - edge(i + 1)) * 2.0 * PI / f64::from(sectors) * profile.eval(along(t, p));
+        }
+    }
+    near(profile.solid_angle(), sum, 1e-5);
+    near(luminous_flux_lm(&light).unwrap(), 1000.0 * sum, 1e-5);
+}
+
+#[test]
+fn every_symmetry_fills_the_circle() {
+    let polar = [0.0, 30.0, 90.0];
+    // Of period 180 and symmetric about 0 and 90; about 0; about 90; not at all.
+    let quarter = |_: f64, a: f64| 2.0 + (2.0 * a.to_radians()).cos();
+    let half = |_: f64, a: f64| 2.0 + a.to_radians().cos();
+    let side = |_: f64, a: f64| 2.0 + a.to_radians().sin();
+    let any = |t: f64, a: f64| 3.0 + a.to_radians().sin() + 0.5 * (2.0 * a.to_radians()).cos() + 0.01 * t;
+    let steps = |from: i32, to: i32| (from..=to).step_by(30).map(f64::from).collect::<Vec<_>>();
+    type Law<'a> = &'a dyn Fn(f64, f64) -> f64;
+    let cases: [(Vec<f64>, Law); 5] =
+        [(steps(0, 90), &quarter), (steps(0, 180), &half), (steps(90, 270), &side), (steps(0, 360), &any), (steps(0, 330), &any)];
+    for (azimuth, law) in cases {
+        let profile = profile(&file(&polar, &azimuth, law));
+        for a in steps(0, 330) {
+            for t in [30.0, 90.0] {
+                near(profile.eval(along(t, a)) * profile.peak_cd(), law(t, a), 1e-9);
+            }
+        }
+    }
+}
+
+#[test]
+fn intensities_are_scaled_as_the_file_says_and_the_scene_may_say_otherwise() {
+    let text = |head: &str| format!("old header\nTILT=NONE\n{head}\n0 45 90\n0\n50,100,0\n");
+    near(profile(&text("1 1000 2.5 3 1 1 1 0 0 0\n0.8 0.5 60")).peak_cd(), 100.0, 1e-12);
+    let plain = text("1 -1 1 3 1 1 2 0 0 0 1 1 60");
+    let flux = |more: &str| luminous_flux_lm(&load(&plain, more).unwrap()).unwrap();
+    let own = flux("");
+    near(flux(r#", "intensity": {"spectrum": {"blackbody": 3000}}"#), own, 1e-9);
+    near(flux(r#", "intensity": {"spectrum": 7, "luminous_flux_lm": 800}"#), 800.0, 1e-9);
+    near(flux(r#", "intensity": {"spectrum": 7, "luminous_intensity_cd": 300}"#), 3.0 * own, 1e-9);
+}
+
+#[test]
+fn a_lamp_is_turned_as_it_hangs() {
+    let text = file(&[0.0, 90.0], &[0.0, 90.0, 180.0, 270.0, 360.0], |_, a| if a == 90.0 { 2.0 } else { 1.0 });
+    for (more, brightest) in [("", -DVec3::Z), (r#", "rotate_deg": 90"#, -DVec3::X)] {
+        let Light::Profile { axes, profile, .. } = load(&text, more).unwrap() else { panic!("no profile") };
+        // Azimuths go round as seen from above, about an axis that points down.
+        near(axes.determinant(), -1.0, 1e-12);
+        near(profile.eval(axes.transpose() * brightest), 1.0, 1e-9);
+        near(profile.eval(axes.transpose() * -brightest), 0.5, 1e-9);
+    }
+}
+
+#[test]
+fn files_that_are_refused_say_why() {
+    let good = file(&[0.0, 90.0], &[0.0], |_, _| 1.0);
+    assert!(load(&good, "").is_ok());
+    let cases = [
+        ("TILT=NONE", "TILT=INCLUDE", "tilt"),
+        ("TILT=NONE", "TILTED", "no line TILT="),
+        ("2 1 1 2 0 0 0", "2 1 2 2 0 0 0", "type B"),
+        ("2 1 1 2 0 0 0", "2 1 3 2 0 0 0", "type A"),
+        ("2 1 1 2 0 0 0", "99999999 1 1 2 0 0 0", "vertical angles"),
+        ("2 1 1 2 0 0 0", "1 1 1 2 0 0 0", "vertical angles"),
+        ("2 1 1 2 0 0 0", "3000 3000 1 2 0 0 0", "ends before"),
+        ("0 90", "90 0", "do not rise"),
+        ("0 90", "0 190", "do not rise"),
+        ("0 90\n0", "0 90\n-5", "do not rise"),
+        ("\n1 1\n", "\n1\n", "ends before its candela"),
+        ("\n1 1\n", "\n0 0\n", "dark"),
+        ("\n1 1\n", "\n1 -1\n", "negative"),
+        ("\n1 1\n", "\n1 nan\n", "no number"),
+        ("\n1 1\n", "\n1 one\n", "no number"),
+    ];
+    for (from, to, fragment) in cases {
+        assert!(good.contains(from), "{from:?} in {good}");
+        let line = load(&good.replace(from, to), "").expect_err(to);
+        assert!(line.contains(fragment) && !line.contains('\n'), "{fragment:?} is not in: {line}");
+    }
+    let line = load(&file(&[0.0, 90.0], &[0.0, 120.0], |_, _| 1.0), "").unwrap_err();
+    assert!(line.contains("symmetry"), "{line}");
+    let line = load(&good, r#", "outer_deg": 20"#).unwrap_err();
+    assert!(line.contains("leave out inner_deg"), "{line}");
+}
