@@ -97,6 +97,9 @@ pub fn list_adapters() -> Vec<AdapterInfo> {
     adapters().iter().map(|a| AdapterInfo::of(&a.get_info())).collect()
 }
 
+/// Bytes read back at a time: what is on the way is held a second time.
+const READ_BYTES: u64 = 8 << 20;
+
 impl Gpu {
     /// Opens the first adapter whose name, driver or kind contains `wanted` (any case), or the best one.
     ///
@@ -265,16 +268,23 @@ impl Gpu {
     pub(super) fn read_buffer<T: bytemuck::Pod>(&self, buffer: &wgpu::Buffer, size: u64) -> Result<Vec<T>> {
         let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("read back"),
-            size,
+            size: size.min(READ_BYTES),
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, size);
-        self.queue.submit([encoder.finish()]);
-        staging.slice(..).map_async(wgpu::MapMode::Read, |_| {});
-        self.wait()?;
-        let view = staging.slice(..).get_mapped_range().map_err(|e| self.lost(&e))?;
-        Ok(bytemuck::pod_collect_to_vec(&view))
+        let mut values = Vec::with_capacity(size as usize / size_of::<T>());
+        for first in (0..size).step_by(READ_BYTES as usize) {
+            let count = READ_BYTES.min(size - first);
+            let mut encoder = self.device.create_command_encoder(&Default::default());
+            encoder.copy_buffer_to_buffer(buffer, first, &staging, 0, count);
+            self.queue.submit([encoder.finish()]);
+            staging.slice(..count).map_async(wgpu::MapMode::Read, |_| {});
+            self.wait()?;
+            let view = staging.slice(..count).get_mapped_range().map_err(|e| self.lost(&e))?;
+            values.extend(bytemuck::pod_collect_to_vec::<u8, T>(&view));
+            drop(view);
+            staging.unmap();
+        }
+        Ok(values)
     }
 }

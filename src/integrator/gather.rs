@@ -7,7 +7,7 @@ use crate::gpu::{Gpu, Resource, targets};
 use crate::scene::{Scene, Sensor};
 
 /// Bytes for the visible points that light paths are gathered at.
-const POINT_BYTES: u64 = 64 << 20;
+const POINT_BYTES: u64 = 32 << 20;
 /// Radius of gathering in the first pass, in pixels.
 const PIXELS: f64 = 1.4;
 /// And at most this part of the scene's size.

@@ -27,7 +27,7 @@ const EVENTS_PER_DISPATCH: u32 = 1024;
 /// Passes whose sums single precision may hold: a sum of this many alike, one by one, is off by some 2e-6.
 const PASSES_PER_SUM: u32 = 64;
 /// Bytes for the samples of a dispatch on their way to the film.
-const SAMPLE_BYTES: u64 = 64 << 20;
+const SAMPLE_BYTES: u64 = 32 << 20;
 /// Samples of all pixels together that a probe takes, and in how many rounds; the picture has fewer pixels for it, if it has to.
 const PROBE_SAMPLES: f64 = (1 << 19) as f64;
 const PROBE_ROUNDS: (f64, f64) = (4.0, 12.0);
@@ -317,8 +317,8 @@ impl GpuIntegrator {
             let quantum = 1.0 / (f64::from(self.params.inverse_quantum) * f64::from(self.params.light_paths));
             let words: Vec<u32> = self.gpu.read(splats, bytes(values))?;
             self.gpu.clear(splats);
-            let quanta: Vec<f64> = words.chunks_exact(2).map(|w| (u64::from(w[1]) << 32 | u64::from(w[0])) as f64).collect();
-            for (i, (sum, quanta)) in sums.iter_mut().zip(&quanta).enumerate() {
+            for (i, (sum, w)) in sums.iter_mut().zip(words.chunks_exact(2)).enumerate() {
+                let quanta = (u64::from(w[1]) << 32 | u64::from(w[0])) as f64;
                 let unit = if i % channels < channels - 3 { quantum } else { quantum * f64::from(XYZ_RATIO) };
                 *sum += (quanta * unit) as f32;
             }
