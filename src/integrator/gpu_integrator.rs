@@ -26,8 +26,10 @@ const PASSES_PER_DISPATCH: u32 = 16;
 const EVENTS_PER_DISPATCH: u32 = 1024;
 /// Passes whose sums single precision may hold: a sum of this many alike, one by one, is off by some 2e-6.
 const PASSES_PER_SUM: u32 = 64;
-/// Bytes for the samples of a dispatch on their way to the film.
+/// Bytes for the samples of a dispatch on their way to the film: no more than keeps all cores busy, since an adapter's memory may be the host's.
 const SAMPLE_BYTES: u64 = 32 << 20;
+/// Likewise on a GPU, which traces some 100,000 paths at a time.
+const SAMPLE_BYTES_GPU: u64 = 128 << 20;
 /// Samples of all pixels together that a probe takes, and in how many rounds; the picture has fewer pixels for it, if it has to.
 const PROBE_SAMPLES: f64 = (1 << 19) as f64;
 const PROBE_ROUNDS: (f64, f64) = (4.0, 12.0);
@@ -108,7 +110,8 @@ impl GpuIntegrator {
             Ok(Pass { kernels, limit, first_time, groups: 16 })
         };
         let group_bytes = 64 * u64::from(passes * plan.lanes.div_ceil(4)) * 16;
-        let sample_groups = (SAMPLE_BYTES.min(gpu.max_binding()) / group_bytes) as u32;
+        let sample_bytes = if gpu.info.is_cpu() { SAMPLE_BYTES } else { SAMPLE_BYTES_GPU };
+        let sample_groups = (sample_bytes.min(gpu.max_binding()) / group_bytes) as u32;
         let samples = gpu.empty_storage("samples", u64::from(sample_groups) * group_bytes)?;
         let values = 64 * u64::from(blocks) * u64::from(plan.bins + 3);
         let film = gpu.empty_storage("film", 4 * values)?;
