@@ -79,8 +79,12 @@ fn parse(text: &str) -> std::result::Result<Profile, Problem> {
         return Err((format!("its photometry is of type {name}, not C"), "convert it to type C (goniometry about the vertical)"));
     }
     numbers.list(4, "units and size")?;
-    // The third is the input power. The second is 1 since 1995, and a ballast's factor before.
-    factor *= numbers.next("ballast factor")? * numbers.next("ballast-lamp factor")?;
+    factor *= numbers.next("ballast factor")?;
+    // Before 1995 a factor, then always 1; since 2019 it says by its digits how the file was made.
+    let ballast_lamp = numbers.next("ballast-lamp factor")?;
+    if !text.trim_start().starts_with("IES:LM-63-") {
+        factor *= ballast_lamp;
+    }
     numbers.next("input watts")?;
     let polar = rising(numbers.list(polar_count, "vertical angles")?, 180.0, "vertical")?;
     let azimuth = rising(numbers.list(azimuth_count, "horizontal angles")?, 360.0, "horizontal")?;

@@ -49,6 +49,21 @@ fn near(a: f64, b: f64, share: f64) {
 }
 
 #[test]
+fn the_ballast_counts_but_not_how_a_file_was_made() {
+    let file = file(&[0.0, 90.0], &[0.0], |_, _| 100.0);
+    let lumens = |header: &str, factors: &str| {
+        let text = file.replace("IESNA:LM-63-2002\n", header).replace("\n1 1 10\n", &format!("\n{factors} 10\n"));
+        luminous_flux_lm(&load(&text, "").unwrap()).unwrap()
+    };
+    let whole = lumens("IESNA91\n", "1 1");
+    near(whole, 200.0 * PI, 1e-4);
+    near(lumens("IESNA91\n", "0.9 0.8"), 0.72 * whole, 1e-6);
+    near(lumens("", "0.9 0.8"), 0.72 * whole, 1e-6);
+    // Since 2019 the number is the file generation type.
+    near(lumens("IES:LM-63-2019\n", "0.9 1.1"), 0.9 * whole, 1e-6);
+}
+
+#[test]
 fn the_flux_is_the_integral_over_zones() {
     // A cosine law of 100 cd in steps of 1 degree: 100 pi lm, but for the chords.
     let degrees: Vec<f64> = (0..=90).map(f64::from).collect();
