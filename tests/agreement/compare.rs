@@ -58,7 +58,8 @@ impl Batches {
         let stats = integrator.render_batch(index, spp, &mut film).expect("a batch");
         // A ray that passes within rounding of where the surfaces of two volumes cross meets but one of them (1 in 6.6 million, measured on nested glasses);
         // where four volumes overlap that is noticed.
-        assert!(stats.dropped_crowded <= 1 && stats.dropped() == stats.dropped_crowded, "samples were dropped: {stats:?}");
+        let most = u64::from(scene.interiors.len() > 4);
+        assert!(stats.dropped_crowded <= most && stats.dropped() == stats.dropped_crowded, "samples were dropped: {stats:?}");
         self.pixels.push((0..film.pixels()).flat_map(|p| film.pixel(p).to_vec()).collect());
         self.means.push(film.block_means(scene.film.width / BLOCKS));
     }
