@@ -1,4 +1,4 @@
-// Measured distributions of lamps (src/scene/profile.rs; the table: src/gpu/lights.rs). A profile's texels: numbers of rings and sectors; edges of rings
+// Measured distributions of lamps (src/scene/profile.rs; the table: src/gpu/profiles.rs). A profile's texels: numbers of rings and sectors; edges of rings
 // (polar angle, 1 - its cosine, share of the flux before it); edges of sectors (azimuth); two for each cell, ring by ring: its corners' intensities; share
 // of its ring's flux before it and up to its end, pdf per solid angle. Within a cell directions are sampled evenly.
 @group(0) @binding(23) var profiles: Table;
