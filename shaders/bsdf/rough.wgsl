@@ -42,13 +42,16 @@ fn eval_rough_conductor(m: Material, wo: vec3f, wi: vec3f) -> f32 {
     let missing_i = conductor_missing(m.table, wi.z);
     let mean_missing = tables[m.table + ENERGY_MU];
     let multiple = select(0.0, missing_o * missing_i * wi.z * INV_PI / mean_missing, mean_missing > ENERGY_MIN_MEAN);
+#if COAT
+    look_out_of_coat(wi.z);
+#endif
     for (var k = 0u; k < LANES4; k++) {
         let f_avg = metal_average(m, k);
         var f = metal_reflectance(m, dot(wo, h), k);
         var f_ms = f_avg * f_avg * (1.0 - mean_missing) / (1.0 - f_avg * mean_missing);
 #if COAT
-        f = mirror_under_coat(f, wo.z, wi.z, k);
-        f_ms = mirror_under_coat(f_ms, wo.z, wi.z, k);
+        f = mirror_under_coat(f, k);
+        f_ms = mirror_under_coat(f_ms, k);
 #endif
         bsdf_f[k] = single * f + multiple * f_ms;
     }
@@ -64,9 +67,16 @@ fn sample_rough_conductor(m: Material, wo: vec3f, u_lobe: f32, u: vec2f) -> vec3
 #endif
 
 #if ROUGH_DIELECTRIC || COAT
+// Where relative indices are among the rows of an energy table.
+fn eta_rows(eta: vec4f) -> vec4f {
+    return clamp((log(eta) / log(ENERGY_ETA_MAX) * 0.5 + 0.5) * f32(ENERGY_ETA - 1u), vec4f(0.0), vec4f(f32(ENERGY_ETA - 1u)));
+}
+#endif
+
+#if ROUGH_DIELECTRIC
 // Row of the energy table and weight for a relative index.
 fn eta_cell(eta: f32) -> vec2f {
-    let f = clamp((log(eta) / log(ENERGY_ETA_MAX) * 0.5 + 0.5) * f32(ENERGY_ETA - 1u), 0.0, f32(ENERGY_ETA - 1u));
+    let f = eta_rows(vec4f(eta)).x;
     let i = min(floor(f), f32(ENERGY_ETA - 2u));
     return vec2f(i, f - i);
 }
@@ -80,9 +90,7 @@ fn missing_energy(table: u32, mu: f32, eta: f32) -> vec2f {
     let averages = table + ENERGY_ETA * ENERGY_MU + u32(e.x);
     return vec2f(missing, mix(tables[averages], tables[averages + 1u], e.y));
 }
-#endif
 
-#if ROUGH_DIELECTRIC
 // One wavelength: x = f |cos wi| without the factor of refracted radiance, y = pdf. `eta` = index beyond / index on wo's side.
 fn rough_dielectric_lane(m: Material, wo: vec3f, wi: vec3f, eta: f32) -> vec2f {
     let reflects = wi.z > 0.0;

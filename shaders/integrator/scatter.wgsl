@@ -189,10 +189,13 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
         let pdf = cos_light * INV_PI;
         let v = Vertex(s.p, cos_from, cos_light, pdf, cos_from * INV_PI, false, 0.0);
         let w = connection_weight(light, v) * pdf * adjoint_correction(ray.d, light.wi, n, ns);
+#if COAT
+        look_out_of_coat(cos_light);
+#endif
         for (var k = 0u; k < LANES4; k++) {
             pending[k] = w * beta[k] * light_spectrum(light, k);
 #if COAT
-            pending[k] *= out_of_coat(cos_light, k);
+            pending[k] *= if_coated(coat_share[k]);
 #endif
         }
 #if INTERIORS
@@ -203,8 +206,9 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
     let local = sample_cosine(event_direction);
     let d = normalize(frame_around(ns) * local);
 #if COAT
+    look_out_of_coat(local.z);
     for (var k = 0u; k < LANES4; k++) {
-        beta[k] *= out_of_coat(local.z, k);
+        beta[k] *= if_coated(coat_share[k]);
     }
 #endif
     scale_beta(adjoint_correction(ray.d, d, n, ns));
@@ -227,10 +231,13 @@ fn scatter_mirror(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray
     let d = normalize(ray.d + 2.0 * cos_i * ns);
 #if SMOOTH_CONDUCTOR
     if (m.kind == MATERIAL_KIND_SMOOTH_CONDUCTOR) {
+#if COAT
+        look_out_of_coat(cos_i);
+#endif
         for (var k = 0u; k < LANES4; k++) {
             let f = metal_reflectance(m, cos_i, k);
 #if COAT
-            beta[k] *= mirror_under_coat(f, cos_i, cos_i, k);
+            beta[k] *= mirror_under_coat(f, k);
 #else
             beta[k] *= f;
 #endif

@@ -131,10 +131,10 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool) -> u
 #if COAT
         if (m.kind == MATERIAL_KIND_COATED) {
             // Light that goes straight on ends at a coat.
-            if (in_shadow || choose_coat(m, min(abs(dot((*s).arrival, (*s).ns)), 1.0), next_1d())) {
+            if (in_shadow) {
                 break;
             }
-            coat = index;
+            go_under_coat(index);
             index = m.b;
             continue;
         }
@@ -179,6 +179,13 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool) -> u
         break;
 #endif
     }
+#if COAT
+    // Behind the loop, of which every turn costs all that is in it.
+    if (coat != NONE && choose_coat(min(abs(dot((*s).arrival, (*s).ns)), 1.0), next_1d())) {
+        index = coat;
+        coat = NONE;
+    }
+#endif
     return index;
 }
 #endif

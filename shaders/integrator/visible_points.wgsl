@@ -107,15 +107,16 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         let others = camera_density_at(camera, number) + path.emission * pixel_about.w;
 #if COAT
         let over_point = select(bitcast<u32>(pixel_about.z) - 1u, NONE, in_fog);
+        let coat_there = material_at(select(over_point, 0u, over_point == NONE));
+        look_at_coat(coat_there);
+        look_through_coat(coat_there, min(abs(dot(sides.xyz, ray.d)), 1.0));
 #endif
         let kernel = select(measure, measure / v.extinction, in_fog);
         let w = factor / (kernel * (1.0 + safe_ratio(others, gathered)));
         for (var k = 0u; k < LANES4; k++) {
             pending[k] = w * beta[k] * points[at + 3u + k];
 #if COAT
-            if (over_point != NONE) {
-                pending[k] *= coat_transmittance(material_at(over_point), min(abs(dot(sides.xyz, ray.d)), 1.0), k);
-            }
+            pending[k] *= select(coat_share[k], vec4f(1.0), over_point == NONE);
 #endif
         }
         let pixel = bitcast<u32>(pixel_about.x);
