@@ -38,7 +38,7 @@ fn stops(material: u32) -> bool {
 fn first_hit(start: Ray) -> FirstHit {
     var ray = start;
 #if CONTACT
-    leaving_contact = NONE;
+    beside = NOTHING;
 #endif
 #if INTERIORS
     inside = params.inside;
@@ -68,9 +68,6 @@ fn first_hit(start: Ray) -> FirstHit {
             }
 #endif
         }
-#endif
-#if CONTACT
-        leaving_contact = left_with(ray, s, hit);
 #endif
         if (is_there) {
             let side = select(1.0, -1.0, dot(s.n, ray.d) > 0.0);

@@ -2,7 +2,7 @@
 
 fn intersect_quadric(ray: Ray, primitive: u32, kind: u32, center: vec3f, axis: vec3f, size: vec3f, hit: ptr<function, Hit>) {
     let f = ray.o - center;
-    let from_here = primitive == ray.from_primitive;
+    let from_here = leaves(ray, primitive);
     if (kind == PRIMITIVE_DISC) {
         let cos_theta = dot(axis, ray.d);
         if (from_here || cos_theta == 0.0) {
@@ -33,7 +33,8 @@ fn intersect_quadric(ray: Ray, primitive: u32, kind: u32, center: vec3f, axis: v
     // Discriminant from the nearest point to the centre, stable for far and small spheres (Haines et al., Ray Tracing Gems ch. 7, eq. 5).
     let l = g + b * e;
     let discriminant = (radius * radius - dot(l, l)) / a;
-    if (discriminant < 0.0) {
+    // A ray that only touches crosses nothing: rounding would have to say whether it enters or leaves.
+    if (discriminant <= 0.0) {
         return;
     }
     let g_length = length(g);

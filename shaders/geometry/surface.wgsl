@@ -8,7 +8,8 @@ struct Surface {
     ns: vec3f, // shading normal, on the side of n
     light: u32, // index of the light that this primitive is, or NONE
     arrival: vec3f, // direction of the ray that arrives
-    on_ray: vec3f, // where it does, as the ray has it: less exact than p along n, but not beside the ray
+    way: f32, // its length
+    on_ray: vec3f, // where it arrives, as the ray has it: less exact than p along n, but not beside the ray
 }
 
 fn surface_at(ray: Ray, hit: Hit) -> Surface {
@@ -18,6 +19,7 @@ fn surface_at(ray: Ray, hit: Hit) -> Surface {
     let r2 = primitive.r2;
     var s: Surface;
     s.arrival = ray.d;
+    s.way = hit.t;
     s.on_ray = ray.o + hit.t * ray.d;
     s.primitive = hit.primitive;
     s.light = bitcast<u32>(r1.w);
@@ -73,25 +75,13 @@ fn surface_at(ray: Ray, hit: Hit) -> Surface {
 }
 
 // Origin of a ray that leaves `s` towards `d`: off the surface by the error bound, on d's side (pbrt-v4, 6.8.6). Back to the side that the path came
-// from it goes along the ray that arrived, where the path has been: near an edge, rounding could put `p` beyond the next face, and the path outside.
+// from it goes along the ray that arrived, where the path has been, and no farther: near an edge, rounding could put `p` beyond the next face, and the
+// path outside.
 fn leave(s: Surface, d: vec3f) -> vec3f {
     let side = select(-1.0, 1.0, dot(d, s.n) >= 0.0);
     let cos_arrival = -side * dot(s.arrival, s.n);
     if (cos_arrival > 0.0625) {
-        return s.on_ray + dot(s.p - s.on_ray, s.n) * s.n - (2.0 * s.error / cos_arrival) * s.arrival;
+        return s.on_ray + dot(s.p - s.on_ray, s.n) * s.n - min(2.0 * s.error / cos_arrival, 0.5 * s.way) * s.arrival;
     }
     return s.p + (side * s.error) * s.n;
 }
-
-#if CONTACT
-// What touches `s` at `hit` so that a ray cannot meet it on leaving, or NONE: surfaces that lie in each other, not such as meet at an edge, nor the
-// neighbouring triangle of the same surface. Behind an edge it is the neighbour that stops the next ray.
-fn left_with(ray: Ray, s: Surface, hit: Hit) -> u32 {
-    if (hit.contact == NONE) {
-        return NONE;
-    }
-    let n = surface_at(ray, at_contact(hit)).n;
-    let is_same = material_of(hit.contact) == material_of(hit.primitive) && dot(n, ray.d) * dot(s.n, ray.d) > 0.0;
-    return select(NONE, hit.contact, !is_same && abs(dot(n, s.n)) > 0.99);
-}
-#endif

@@ -28,13 +28,17 @@ struct Hit {
 }
 
 #if CONTACT
-// The same place on the primitive in contact, within it.
-fn at_contact(hit: Hit) -> Hit {
-    return Hit(hit.t, hit.contact, vec2f(1.0 / 3.0), NONE);
-}
-
-var<private> leaving_contact: u32; // the primitive in contact with the one that the ray at hand leaves, or NONE
+#include "geometry/contact.wgsl"
 #endif
+
+// True if the origin of `ray` lies on this primitive.
+fn leaves(ray: Ray, primitive: u32) -> bool {
+#if CONTACT
+    return primitive == ray.from_primitive || primitive == beside.primitive;
+#else
+    return primitive == ray.from_primitive;
+#endif
+}
 
 fn no_hit(t_max: f32) -> Hit {
     var hit: Hit;
@@ -46,20 +50,10 @@ fn no_hit(t_max: f32) -> Hit {
     return hit;
 }
 
-// Distances along `ray` that cannot be told apart around `t`: surfaces closer than this touch.
-fn contact_slack(ray: Ray, t: f32) -> f32 {
-#if CONTACT
-    let o = abs(ray.o);
-    return 2e-6 * (max(o.x, max(o.y, o.z)) + t);
-#else
-    return 0.0;
-#endif
-}
-
 // Keeps the nearest hit in (0, hit.t); with CONTACT also a second one at the same place. True if it was kept.
 fn offer_hit(ray: Ray, t: f32, primitive: u32, bary: vec2f, hit: ptr<function, Hit>) -> bool {
 #if CONTACT
-    if (t <= 0.0 || primitive == leaving_contact) {
+    if (t <= 0.0) {
         return false;
     }
     let slack = contact_slack(ray, t);
@@ -143,8 +137,16 @@ const WORLD = Space(Affine(vec4f(1.0, 0.0, 0.0, 0.0), vec4f(0.0, 1.0, 0.0, 0.0),
 
 fn trace(ray: Ray) -> Hit {
     var hit = no_hit(ray.t_max);
+    var is_done = false;
+#if CONTACT
+    // What lies beside the origin may be the first thing that the ray crosses.
+    is_done = dot(ray.d, beside.n) < 0.0 && beside.primitive != ray.to_primitive;
+    if (is_done) {
+        hit = Hit(0.0, beside.primitive, beside.bary, NONE);
+    }
+#endif
     var seen = slopes(ray.o, ray.d);
-    var nodes = vec2u(0u, 0x80000000u);
+    var nodes = vec2u(0u, select(0x80000000u, 0u, is_done));
     var primitives_left = vec2u(0u);
     var depth = 0u;
 #if INSTANCES
@@ -181,7 +183,11 @@ fn trace(ray: Ray) -> Hit {
             let hi_y = select(ny.zw, ny.xy, seen.negative.y);
             let lo_z = select(nz.xy, nz.zw, seen.negative.z);
             let hi_z = select(nz.zw, nz.xy, seen.negative.z);
+#if CONTACT
             let t_far = hit.t + contact_slack(ray, hit.t);
+#else
+            let t_far = hit.t;
+#endif
             let mask = hit_children(n1.z, seen.oct_inv4, lo_x.x, lo_y.x, lo_z.x, hi_x.x, hi_y.x, hi_z.x, scale, origin, t_far)
                 | hit_children(n1.w, seen.oct_inv4, lo_x.y, lo_y.y, lo_z.y, hi_x.y, hi_y.y, hi_z.y, scale, origin, t_far);
             nodes = vec2u(n1.x, (mask & 0xff000000u) | (n0.w >> 24u));
@@ -241,6 +247,9 @@ fn trace(ray: Ray) -> Hit {
 #endif
         }
     }
+#if CONTACT
+    settle_contact(ray, &hit);
+#endif
     return hit;
 }
 
@@ -278,7 +287,7 @@ fn intersect_primitive(
     }
 #endif
     // A ray cannot meet again the plane that it leaves.
-    if (number != ray.from_primitive) {
+    if (!leaves(ray, number)) {
 #if INSTANCES
         // Met in the world, where neighbours have the same corners.
         let m = space.to_world;

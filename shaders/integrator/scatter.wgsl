@@ -94,7 +94,7 @@ fn light_spectrum(light: LightSample, k: u32) -> vec4f {
 fn shadow_then(next: Ray, survives: bool, light: LightSample, o: vec3f, from_primitive: u32) -> Ray {
     next_ray = next;
 #if CONTACT
-    next_leaving_contact = leaving_contact;
+    next_beside = beside;
 #endif
     next_ray.t_max = select(0.0, next.t_max, survives);
     path.in_shadow = true;
@@ -125,7 +125,7 @@ fn continue_or_end(next: Ray, survives: bool) -> Ray {
 #if SCATTERING
 fn scatter_in_medium(ray: Ray, t: f32, m: Interior) -> Ray {
 #if CONTACT
-    leaving_contact = NONE;
+    beside = NOTHING;
 #endif
     let p = ray.o + t * ray.d;
     if (!count_event(p, false)) {

@@ -39,13 +39,13 @@ var<private> next_ray: Ray; // the path's next segment, while its shadow ray is 
 var<private> shadow_inside: vec4u; // volumes that the shadow ray is in
 #endif
 #if CONTACT
-var<private> next_leaving_contact: u32; // what touches the surface that the next segment leaves
+var<private> next_beside: Beside; // what lies beside the next segment's origin
 #endif
 #endif
 
 fn start_path(ray: Ray) {
 #if CONTACT
-    leaving_contact = NONE;
+    beside = NOTHING;
 #endif
     path = Path();
     path.pdf = -1.0;
@@ -251,7 +251,6 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
     index = resolve_material(index, &s, false);
 #endif
 #if CONTACT
-    leaving_contact = left_with(ray, s, hit);
     if (hit.contact != NONE && material_at(index).interior != NONE) {
         // An opaque surface that touches a volume's is what is seen there.
         var other = material_of(hit.contact);
@@ -259,7 +258,7 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
         gather_at_surface(ray, s, material_at(other).kind);
 #endif
 #if COMPOSITE
-        var touching = surface_at(ray, at_contact(hit));
+        var touching = surface_at(ray, at_contact(ray, hit));
         other = resolve_material(other, &touching, false);
 #endif
         let is_seen = is_opaque(material_at(other).kind);
@@ -315,7 +314,6 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
 #endif
         var m = material_at(index);
 #if CONTACT
-        leaving_contact = left_with(ray, s, hit);
         if (hit.contact != NONE && is_opaque(material_at(material_of(hit.contact)).kind)) {
             m.kind = MATERIAL_KIND_DIFFUSE;
             m.interior = NONE;
@@ -343,7 +341,7 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
         path.connects = true;
     }
 #if CONTACT
-    leaving_contact = next_leaving_contact;
+    beside = next_beside;
 #endif
     path.in_shadow = false;
     path.ended = next_ray.t_max <= 0.0;

@@ -47,10 +47,8 @@ fn cross_surface(volumes: vec4u, ray: Ray, s: Surface, interior: u32, hit: Hit) 
 #if CONTACT
     if (hit.contact != NONE) {
         let touched = material_at(material_of(hit.contact));
-        let enters = dot(ray.d, surface_at(ray, at_contact(hit)).n) < 0.0;
-        // The neighbouring triangle of the same surface is no second crossing.
-        if (touched.interior != NONE && (touched.interior != interior || enters != (dot(ray.d, s.n) < 0.0))) {
-            return cross_one(sides, touched.interior, enters);
+        if (touched.interior != NONE) {
+            return cross_one(sides, touched.interior, dot(ray.d, surface_at(ray, at_contact(ray, hit)).n) < 0.0);
         }
     }
 #endif

@@ -3,6 +3,8 @@
 use crate::compare::{gpu_agrees_after_binning, gpu_agrees_with_reference};
 use crate::support::*;
 use crate::textures;
+use abbe::integrator::GpuIntegrator;
+use abbe::render::Integrator;
 use abbe::scene::*;
 use abbe::spectrum::{Formula, Ior};
 use glam::{DMat3, DVec3, dvec3};
@@ -399,4 +401,40 @@ fn thirty_three_bins_together_are_as_one() {
 #[test]
 fn eighty_bins_taken_by_twenty_are_as_four() {
     gpu_agrees_after_binning("smooth_glass", &bins(80), 160);
+}
+
+/// Everything moved away from the middle, which a small ball on the other side keeps where it is: single precision is so much coarser there.
+fn far_off(mut scene: Scene, by: DVec3) -> Scene {
+    for shape in &mut scene.shapes {
+        match &mut shape.geometry {
+            Geometry::Sphere { center, .. } | Geometry::Disc { center, .. } => *center += by,
+            other => panic!("{other:?} stays where it is"),
+        }
+    }
+    let Sensor::Perspective { eye, .. } = &mut scene.sensor else { panic!("a sensor that stays where it is") };
+    *eye += by;
+    shape(&mut scene, 0, sphere(-by, 0.01));
+    scene
+}
+
+/// Where spheres cross each other rays meet two surfaces within rounding. One that missed either would believe to be in that volume when it enters it anew:
+/// of the four here, that is noticed.
+#[test]
+fn rays_keep_count_of_volumes_where_their_surfaces_cross() {
+    let scene = far_off(nested(), DVec3::splat(30.0));
+    let mut integrator = GpuIntegrator::new(&scene, None, 5).expect("an adapter");
+    let stats = integrator.render_batch(0, 640, &mut abbe::film::Film::new(&scene.film)).expect("a batch");
+    assert!(stats.rays > 500_000, "{stats:?}");
+    assert_eq!(stats.dropped(), 0, "{stats:?}");
+}
+
+/// A ball whose surface lies in that of another one is met again where the ray leaves both.
+#[test]
+fn a_ball_that_fills_another_is_all_there_is() {
+    let scene = ball(4, |s| {
+        let shell = glass(s, solid("shell", 1.33, 1), 0.0);
+        shape(s, shell, sphere(dvec3(0.0, 0.65, 0.2), 0.55));
+        glass(s, Interior { ior: flint(), ..solid("flint", 1.0, 2) }, 0.0)
+    });
+    gpu_agrees_with_reference("smooth_glass", &scene, 160, 1.0);
 }

@@ -383,3 +383,18 @@ fn spheres_are_met_where_they_are_or_a_few_units_away() {
     assert!(hits * 3 > errors.len(), "{hits} of {}", errors.len());
     held("sphere", &inputs, errors.into_iter(), 16.0);
 }
+
+#[test]
+fn a_ray_that_only_touches_a_sphere_or_a_cylinder_crosses_nothing() {
+    let gpu = Gpu::open(None).unwrap();
+    // Past the rim by nothing at all, and inside it by as little as single precision has.
+    let rims = [1.0, 1.0f32.next_down()];
+    let inputs: Vec<Vec4> =
+        (0..64).flat_map(|i| [Vec4::new(-2.0, rims[i % 2], 0.0, 0.0), Vec4::new(1.0, 0.0, 0.0, 0.0)]).collect();
+    for (kind, size) in [("SPHERE", "1.0, 0.0, 0.0"), ("CYLINDER", "1.0, 1.0, 0.0")] {
+        let call =
+            format!("intersect_quadric(ray, 7u, PRIMITIVE_{kind}, vec3f(0.0), vec3f(0.0, 0.0, 1.0), vec3f({size}), &hit);");
+        let found = intersections(&gpu, &call, 2, &inputs);
+        assert!(found.iter().enumerate().all(|(i, r)| (r[0] > 0.0) == (i % 2 == 1)), "{kind}: {found:?}");
+    }
+}
