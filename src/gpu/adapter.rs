@@ -259,20 +259,34 @@ impl Gpu {
     /// # Errors
     /// [`Error::Device`] if the device was lost.
     pub fn read<T: bytemuck::Pod>(&self, buffer: &Resource, size: u64) -> Result<Vec<T>> {
+        let mut values = Vec::with_capacity(size as usize / size_of::<T>());
+        self.read_parts(buffer, size, &mut |part| values.extend_from_slice(part))?;
+        Ok(values)
+    }
+
+    /// Likewise, part by part: a whole copy of a large buffer would be one more beside what becomes of it.
+    ///
+    /// # Errors
+    /// As [`Gpu::read`].
+    pub fn read_parts<T: bytemuck::Pod>(&self, buffer: &Resource, size: u64, visit: &mut dyn FnMut(&[T])) -> Result<()> {
         let Resource::Buffer(buffer) = buffer else {
             return Err(Error::device("a table was to be read back", "this is a defect of Abbe: please report it"));
         };
-        self.read_buffer(buffer, size)
+        self.read_buffer(buffer, size, visit)
     }
 
-    pub(super) fn read_buffer<T: bytemuck::Pod>(&self, buffer: &wgpu::Buffer, size: u64) -> Result<Vec<T>> {
+    pub(super) fn read_buffer<T: bytemuck::Pod>(
+        &self,
+        buffer: &wgpu::Buffer,
+        size: u64,
+        visit: &mut dyn FnMut(&[T]),
+    ) -> Result<()> {
         let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("read back"),
             size: size.min(READ_BYTES),
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let mut values = Vec::with_capacity(size as usize / size_of::<T>());
         for first in (0..size).step_by(READ_BYTES as usize) {
             let count = READ_BYTES.min(size - first);
             let mut encoder = self.device.create_command_encoder(&Default::default());
@@ -281,10 +295,10 @@ impl Gpu {
             staging.slice(..count).map_async(wgpu::MapMode::Read, |_| {});
             self.wait()?;
             let view = staging.slice(..count).get_mapped_range().map_err(|e| self.lost(&e))?;
-            values.extend(bytemuck::pod_collect_to_vec::<u8, T>(&view));
+            visit(bytemuck::cast_slice(&view));
             drop(view);
             staging.unmap();
         }
-        Ok(values)
+        Ok(())
     }
 }

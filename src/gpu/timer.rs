@@ -54,7 +54,8 @@ impl Timer {
     /// # Errors
     /// [`crate::Error::Device`] if the device was lost.
     pub fn times(&self, gpu: &Gpu, kernels: u32) -> Result<Vec<Duration>> {
-        let ticks: Vec<u64> = gpu.read_buffer(&self.ticks, 16 * u64::from(kernels))?;
+        let mut ticks: Vec<u64> = Vec::new();
+        gpu.read_buffer(&self.ticks, 16 * u64::from(kernels), &mut |part| ticks.extend_from_slice(part))?;
         let time = |t: &[u64]| Duration::from_nanos((t[1].saturating_sub(t[0]) as f64 * self.nanoseconds) as u64);
         Ok(ticks.chunks_exact(2).map(time).collect())
     }

@@ -318,13 +318,15 @@ impl GpuIntegrator {
         if let Some(splats) = &self.splats {
             // Every pass is an estimate from all its light paths.
             let quantum = 1.0 / (f64::from(self.params.inverse_quantum) * f64::from(self.params.light_paths));
-            let words: Vec<u32> = self.gpu.read(splats, bytes(values))?;
+            let mut left = sums.iter_mut().enumerate();
+            self.gpu.read_parts(splats, bytes(values), &mut |words: &[[u32; 2]]| {
+                for ([low, high], (i, sum)) in words.iter().zip(&mut left) {
+                    let quanta = (u64::from(*high) << 32 | u64::from(*low)) as f64;
+                    let unit = if i % channels < channels - 3 { quantum } else { quantum * f64::from(XYZ_RATIO) };
+                    *sum += (quanta * unit) as f32;
+                }
+            })?;
             self.gpu.clear(splats);
-            for (i, (sum, w)) in sums.iter_mut().zip(words.chunks_exact(2)).enumerate() {
-                let quanta = (u64::from(w[1]) << 32 | u64::from(w[0])) as f64;
-                let unit = if i % channels < channels - 3 { quantum } else { quantum * f64::from(XYZ_RATIO) };
-                *sum += (quanta * unit) as f32;
-            }
         }
         if let Some(guide) = &mut self.guide {
             guide.learn(&self.gpu, light_paths)?;
