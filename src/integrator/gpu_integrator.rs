@@ -1,10 +1,11 @@
 //! Batches on the GPU, tile by tile: the camera pass, then the light pass where there can be caustics.
 
-use super::budget::{Budget, Probe};
+use super::budget::Budget;
 use super::dispatch::{Job, Pass};
 use super::gather::{self, Gather};
 use super::guide::Guide;
-use super::params::{coarser, params};
+use super::params::params;
+use super::probe::probed;
 use super::tile_sums::Parts;
 use super::{Features, Plan, Techniques, Wavelengths, first_hits};
 use crate::color::cie::K_M;
@@ -30,15 +31,11 @@ const PASSES_PER_SUM: u32 = 64;
 const SAMPLE_BYTES: u64 = 32 << 20;
 /// Likewise on a GPU, which traces some 100,000 paths at a time.
 const SAMPLE_BYTES_GPU: u64 = 128 << 20;
-/// Samples of all pixels together that a probe takes, and in how many rounds; the picture has fewer pixels for it, if it has to.
-const PROBE_SAMPLES: f64 = (1 << 19) as f64;
-const PROBE_ROUNDS: (f64, f64) = (4.0, 12.0);
-
 /// Renders a scene on an adapter.
 #[derive(Debug)]
 pub struct GpuIntegrator {
     gpu: Gpu,
-    plan: Plan,
+    pub(super) plan: Plan,
     camera: Pass,
     /// Finds the caustics, where there can be any.
     light: Option<Pass>,
@@ -46,7 +43,7 @@ pub struct GpuIntegrator {
     wavelengths: Wavelengths,
     bins: Bins,
     seed: u32,
-    params: Params,
+    pub(super) params: Params,
     uniforms: Resource,
     counters: Resource,
     timer: Option<Timer>,
@@ -55,7 +52,7 @@ pub struct GpuIntegrator {
     film: Resource,
     splats: Option<Resource>,
     gather: Option<Gather>,
-    guide: Option<Guide>,
+    pub(super) guide: Option<Guide>,
     budget: Option<Budget>,
     is_probed: bool,
     /// Most passes of one dispatch.
@@ -241,7 +238,7 @@ impl GpuIntegrator {
     }
 
     /// Traces passes over one tile.
-    fn trace(&mut self, tile: Tile, passes: Passes) -> Result<TileSums> {
+    pub(super) fn trace(&mut self, tile: Tile, passes: Passes) -> Result<TileSums> {
         let channels = self.plan.bins as usize + 3;
         let values = tile.width as usize * tile.height as usize * channels;
         let bytes = |values: usize| 8 * values as u64;
@@ -335,7 +332,7 @@ impl GpuIntegrator {
         Ok(TileSums { sums, by_camera, stats })
     }
 
-    fn pixels(&self) -> f64 {
+    pub(super) fn pixels(&self) -> f64 {
         f64::from(self.params.image_width) * f64::from(self.params.image_height)
     }
 
@@ -344,65 +341,11 @@ impl GpuIntegrator {
         self.tiles().len()
     }
 
-    fn tiles(&self) -> Vec<Tile> {
+    pub(super) fn tiles(&self) -> Vec<Tile> {
         tiles(&self.gpu, &self.plan, self.params.image_width, self.params.image_height)
     }
 
-    /// Learns where light paths are of use, and how many are best, from a few passes that the film never sees: what they find before that is mostly noise.
-    fn probe(&mut self) -> Result<()> {
-        if self.guide.is_none() {
-            return Ok(());
-        }
-        let picture = self.params;
-        self.params = probed(&picture);
-        let probe = self.probe_rounds();
-        self.params = picture;
-        let mut probe = probe?;
-        // Light paths are traced for every tile.
-        probe.light_rays *= self.tile_count() as f64;
-        if self.budget.is_none() {
-            self.set_budget(Budget::from_probe(probe, self.plan.has("GATHERED")));
-        }
-        Ok(())
-    }
-
-    fn probe_rounds(&mut self) -> Result<Probe> {
-        let rounds = (PROBE_SAMPLES / self.pixels()).clamp(PROBE_ROUNDS.0, PROBE_ROUNDS.1) as u32;
-        let mut last: Vec<f32> = Vec::new();
-        let mut sum = Probe { camera_variance: 0.0, light_variance: 0.0, camera_rays: 0.0, light_rays: 0.0 };
-        for round in 0..rounds {
-            let mut picture = vec![0.0; self.pixels() as usize];
-            let (mut squares, mut stats) = (0.0, BatchStats::default());
-            for tile in self.tiles() {
-                let traced = self.trace(tile, Passes { batch: u32::MAX - round, number: u64::from(round), count: 1 })?;
-                for (i, radiance) in traced.by_camera.iter().enumerate() {
-                    let (x, y) = (tile.x + i as u32 % tile.width, tile.y + i as u32 / tile.width);
-                    picture[(y * self.params.image_width + x) as usize] = *radiance;
-                }
-                squares += self.guide.as_ref().map_or(0.0, |g| g.squares);
-                stats += traced.stats;
-            }
-            // The tree is of some use from the second half on.
-            if 2 * round >= rounds
-                && let Some(guide) = &self.guide
-            {
-                sum.camera_variance += guide.relative_variance(self.params.image_width, &picture, &last);
-                sum.light_variance += squares;
-                sum.camera_rays += stats.camera_rays as f64 / self.pixels();
-                sum.light_rays += (stats.rays - stats.camera_rays) as f64 / f64::from(self.params.light_paths);
-            }
-            last = picture;
-        }
-        let n = f64::from(rounds.div_ceil(2)).floor().max(1.0);
-        Ok(Probe {
-            camera_variance: sum.camera_variance / n,
-            light_variance: sum.light_variance / n,
-            camera_rays: sum.camera_rays / n,
-            light_rays: sum.light_rays / n,
-        })
-    }
-
-    fn set_budget(&mut self, budget: Budget) {
+    pub(super) fn set_budget(&mut self, budget: Budget) {
         self.params.light_paths = (self.pixels() * budget.light_paths).round().max(1.0) as u32;
         self.budget = Some(budget);
     }
@@ -420,20 +363,20 @@ impl GpuIntegrator {
 
 /// Passes in a row.
 #[derive(Debug, Clone, Copy)]
-struct Passes {
+pub(super) struct Passes {
     /// Keys their random numbers.
-    batch: u32,
+    pub(super) batch: u32,
     /// Number of the first one among all of the render.
-    number: u64,
-    count: u32,
+    pub(super) number: u64,
+    pub(super) count: u32,
 }
 
 /// What passes over a tile came to: `[pixel][bins + 3]` sums over them.
-struct TileSums {
+pub(super) struct TileSums {
     sums: Vec<f32>,
     /// Radiance of each pixel (sum over the bins) by camera paths alone, `[pixel]` sums over the passes.
-    by_camera: Vec<f32>,
-    stats: BatchStats,
+    pub(super) by_camera: Vec<f32>,
+    pub(super) stats: BatchStats,
 }
 
 impl Integrator for GpuIntegrator {
@@ -471,11 +414,6 @@ impl Renderer for GpuIntegrator {
         let tiles = tiles(gpu, plan, params.image_width, params.image_height);
         first_hits::run(gpu, pass, &tiles, &resources, (&self.uniforms, &self.counters), params)
     }
-}
-
-/// What a probe renders of the picture.
-fn probed(picture: &Params) -> Params {
-    coarser(picture, PROBE_SAMPLES / PROBE_ROUNDS.0)
 }
 
 /// Blocks of 8 x 8 pixels that a tile takes.

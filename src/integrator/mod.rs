@@ -8,6 +8,7 @@ mod gpu_integrator;
 mod guide;
 mod params;
 mod plan;
+mod probe;
 mod tile_sums;
 mod wavelengths;
 

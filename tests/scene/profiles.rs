@@ -1,6 +1,9 @@
 //! Measured lamps: what files of every symmetry mean, and what is wrong with those that are refused.
 
 use crate::{folder, scene_with};
+use abbe::film::Film;
+use abbe::integrator::GpuIntegrator;
+use abbe::render::Integrator;
 use abbe::scene::{Light, LoadOptions, Profile, load_str, luminous_flux_lm};
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;
@@ -85,6 +88,44 @@ fn the_flux_is_the_integral_over_zones() {
     }
     near(profile.solid_angle(), sum, 1e-5);
     near(luminous_flux_lm(&light).unwrap(), 1000.0 * sum, 1e-5);
+}
+
+#[test]
+fn a_lamp_lights_a_floor_as_its_file_says() {
+    // Azimuth 0 is along +X and 90 along -Z; linear between the file's angles.
+    const TURNS: [f64; 4] = [100.0, 250.0, 140.0, 60.0];
+    let tilts = |polar: f64| 1.0 - polar / 120.0;
+    let file = file(&[0.0, 30.0, 60.0, 90.0], &[0.0, 90.0, 180.0, 270.0], |p, a| tilts(p) * TURNS[(a / 90.0) as usize]);
+    let intensity = |d: DVec3| {
+        let quarters = (-d.z).atan2(d.x).rem_euclid(2.0 * PI) / (0.5 * PI);
+        let (i, t) = (quarters as usize % 4, quarters.fract());
+        tilts((-d.y).acos().to_degrees()) * ((1.0 - t) * TURNS[i] + t * TURNS[(i + 1) % 4])
+    };
+    let (height, half, n) = (3.0, 2.0, 8);
+    let scene = format!(
+        r#"{{"film": {{"width": {n}, "height": {n}, "bins": 20}},
+        "camera": {{"irradiance_plane": {{"origin": [-2, 0, 2], "edge_u": [4, 0, 0], "edge_v": [0, 0, -4]}}}},
+        "lights": [{{"spot": {{"position": [0, 3, 0], "direction": [0, -1, 0], "profile": "lamp.ies"}}}}]}}"#
+    );
+    let base = std::env::temp_dir().join(format!("abbe-floor-{}", std::process::id()));
+    std::fs::create_dir_all(&base).unwrap();
+    std::fs::write(base.join("lamp.ies"), file).unwrap();
+    let scene = load_str(&scene, Path::new("test.json"), &base, &LoadOptions::default()).unwrap();
+    std::fs::remove_dir_all(&base).unwrap();
+    let mut film = Film::new(&scene.film);
+    GpuIntegrator::new(&scene, None, 1).unwrap().render_batch(0, 256, &mut film).unwrap();
+    let lux = |x: f64, z: f64| {
+        let v = dvec3(x, -height, z);
+        intensity(v.normalize()) * height / v.length().powi(3)
+    };
+    let step = 2.0 * half / f64::from(n);
+    for row in 0..n {
+        for column in 0..n {
+            let along = |i: i32, k: i32| -half + step * (f64::from(i) + (f64::from(k) + 0.5) / 16.0);
+            let points = (0..256).map(|k| lux(along(column, k % 16), along(row, k / 16)));
+            near(film.xyz((row * n + column) as usize)[1], points.sum::<f64>() / 256.0, 5e-3);
+        }
+    }
 }
 
 #[test]
