@@ -76,12 +76,13 @@ fn settle_contact(ray: Ray, hit: ptr<function, Hit>) {
     let m = surface_at(ray, other).n;
     let touches = !is_behind && abs(dot(n, m)) > 0.99;
     let same_sense = dot(ray.d, n) * dot(ray.d, m) > 0.0;
-    if (!touches) {
-        (*hit).contact = NONE;
-    }
-    if (are_alike((*hit).primitive, second) && select(share_a_corner((*hit).primitive, second), same_sense, touches)) {
-        (*hit).contact = NONE;
+    let are_neighbours = are_alike((*hit).primitive, second) && select(share_a_corner((*hit).primitive, second), same_sense, touches);
+    (*hit).contact = select(NONE, second, touches && !are_neighbours);
+    if (are_neighbours) {
         return;
     }
-    beside = Beside(second, other.bary, select(select(-m, m, (dot(ray.d, m) > 0.0) == is_behind), vec3f(0.0), touches));
+    // What was left is behind the path; what is yet to be crossed has the path on the side that it comes from.
+    let arrives_against = dot(ray.d, m) <= 0.0;
+    let towards_path = select(-m, m, arrives_against != is_behind);
+    beside = Beside(second, other.bary, select(towards_path, vec3f(0.0), touches));
 }
