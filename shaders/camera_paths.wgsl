@@ -38,10 +38,15 @@ fn light_on_sensor(ray: Ray) -> Ray {
 
 var<private> sampled_pixel: u32;
 
-fn begin_path(pixel: vec2u, sample: u32) -> Ray {
+// `place` is the pixel's number in the order of invocations.
+fn begin_path(pixel: vec2u, sample: u32, place: u32) -> Ray {
     sampled_pixel = pixel.y * params.image_width + pixel.x;
     start_sampler(sampled_pixel, params.batch, params.seed, sample);
     pass_base = (sample - params.first_sample) * params.spectra_stride;
+#if GATHERED
+    // Points outlive the dispatch: pass by pass, as light paths look for them.
+    point_slot = (sample - params.first_sample) * 64u * blocks_of_tile() + place;
+#endif
     let ray = start_ray(pixel);
     start_path(ray);
 #if INTERIORS
@@ -83,11 +88,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
     var pixel = vec2u(params.tile_x, params.tile_y) + pixel_in_tile(block, local);
     var sample = params.first_sample;
     var slot = first_slot(group.x, block - first_block, local);
-#if GATHERED
-    // Points outlive the dispatch.
-    point_slot = (block * 64u + local) * params.samples;
-#endif
-    var ray = begin_path(pixel, sample);
+    var ray = begin_path(pixel, sample, block * 64u + local);
     loop {
         ray = next_event(ray);
         if (path.ended) {
@@ -97,9 +98,6 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
             store_sample(slot);
             sample += 1u;
             slot += 1u;
-#if GATHERED
-            point_slot += 1u;
-#endif
             if (sample >= end) {
                 block = block_in_tile(block + 1u, end_block, local);
                 if (block >= end_block) {
@@ -108,11 +106,8 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
                 pixel = vec2u(params.tile_x, params.tile_y) + pixel_in_tile(block, local);
                 sample = params.first_sample;
                 slot = first_slot(group.x, block - first_block, local);
-#if GATHERED
-                point_slot = (block * 64u + local) * params.samples;
-#endif
             }
-            ray = begin_path(pixel, sample);
+            ray = begin_path(pixel, sample, block * 64u + local);
         }
     }
     atomicAdd(&counters[COUNTER_RAYS], rays_traced);

@@ -1,5 +1,5 @@
 // The light pass, where anything bends light: paths from the lights are joined to the sensor wherever they scatter, and gathered at the visible points of
-// the camera pass. One invocation traces `samples` passes of a path of each of `blocks` blocks of 64.
+// the camera pass.
 #include "common/math.wgsl"
 #include "common/sampler.wgsl"
 #include "common/bindings.wgsl"
@@ -17,25 +17,37 @@ var<private> pass_of_path: u32; // pass within the table of spectra
 #include "integrator/vertex.wgsl"
 #include "integrator/scatter.wgsl"
 
-fn begin_path(index: u32, sample: u32) -> Ray {
+// The first unit from `first` on, or `end`, in which the invocation has a path: the last unit of a pass may have fewer than 64.
+fn next_unit(first: u32, end: u32, units_of_pass: u32, local: u32) -> u32 {
+    var unit = first;
+    while (unit < end && 64u * (unit % units_of_pass) + local >= params.light_paths) {
+        unit += 1u;
+    }
+    return unit;
+}
+
+fn begin_path(unit: u32, units_of_pass: u32, local: u32) -> Ray {
+    pass_of_path = unit / units_of_pass;
+    let index = 64u * (unit % units_of_pass) + local;
+    let sample = params.first_sample + pass_of_path;
     // One sequence over all paths of the batch: 0xffffffff is no pixel.
     start_sampler(0xffffffffu, params.batch, params.seed, sample * params.light_paths + index);
-    pass_of_path = sample - params.first_sample;
     pass_base = pass_of_path * params.spectra_stride;
     return emit();
 }
 
+// All invocations together go through the paths pass by pass, so that those at work at a time look for the same visible points. A unit of work is a path of
+// each of 64 invocations.
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
-    let first = 64u * (params.first_group + group.x) * params.blocks + local;
-    if (first >= params.light_paths) {
+    let units_of_pass = (params.light_paths + 63u) / 64u;
+    let first = (params.first_group + group.x) * params.blocks * params.samples;
+    let end = min(first + params.blocks * params.samples, units_of_pass * params.samples);
+    var unit = next_unit(first, end, units_of_pass, local);
+    if (unit >= end) {
         return;
     }
-    let end_index = min(first + 64u * params.blocks, params.light_paths);
-    let end = params.first_sample + params.samples;
-    var index = first;
-    var sample = params.first_sample;
-    var ray = begin_path(index, sample);
+    var ray = begin_path(unit, units_of_pass, local);
     loop {
         ray = next_event(ray);
         if (path.ended) {
@@ -45,15 +57,11 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
 #if GUIDED
             report_use();
 #endif
-            sample += 1u;
-            if (sample >= end) {
-                index += 64u;
-                if (index >= end_index) {
-                    break;
-                }
-                sample = params.first_sample;
+            unit = next_unit(unit + 1u, end, units_of_pass, local);
+            if (unit >= end) {
+                break;
             }
-            ray = begin_path(index, sample);
+            ray = begin_path(unit, units_of_pass, local);
         }
     }
     atomicAdd(&counters[COUNTER_RAYS], rays_traced);
@@ -61,8 +69,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
     report_counts();
 #endif
     // Where the driver has ended the loop.
-    if (index < end_index) {
-        let blocks_left = (end_index - index + 63u) / 64u;
-        atomicAdd(&counters[COUNTER_UNFINISHED], blocks_left * params.samples - (sample - params.first_sample));
+    if (unit < end) {
+        atomicAdd(&counters[COUNTER_UNFINISHED], end - unit);
     }
 }

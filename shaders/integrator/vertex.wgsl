@@ -196,6 +196,25 @@ fn is_opaque(kind: u32) -> bool {
 }
 #endif
 
+#if GATHERS_PAINT
+// Whether a path that meets the material `index` may, by chance or by what touches it there, meet a diffuse surface.
+fn may_scatter_diffusely(index: u32, hit: Hit) -> bool {
+    let kind = material_at(index).kind;
+#if CONTACT
+    if (hit.contact != NONE && !is_opaque(kind)) {
+        var touching = material_at(material_of(hit.contact));
+#if NORMAL_MAPS
+        if (touching.kind == MATERIAL_KIND_NORMAL_MAPPED) {
+            touching = material_at(touching.b);
+        }
+#endif
+        return scatters_diffusely(kind) || scatters_diffusely(touching.kind);
+    }
+#endif
+    return scatters_diffusely(kind);
+}
+#endif
+
 #if INTERIORS
 // Whether a path cannot go on, since too many volumes overlap beyond; counts it.
 fn is_crowded(sides: Sides) -> bool {
@@ -245,7 +264,9 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
     index = unmap_normals(index, &s);
 #endif
 #if GATHERS_PAINT
-    gather_at_surface(ray, s, material_at(index).kind);
+    if (may_scatter_diffusely(index, hit)) {
+        gather_at_surface(ray, s);
+    }
 #endif
 #if COMPOSITE
     index = resolve_material(index, &s, false);
@@ -254,9 +275,6 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
     if (hit.contact != NONE && material_at(index).interior != NONE) {
         // An opaque surface that touches a volume's is what is seen there.
         var other = material_of(hit.contact);
-#if GATHERS_PAINT
-        gather_at_surface(ray, s, material_at(other).kind);
-#endif
 #if COMPOSITE
         var touching = surface_at(ray, at_contact(ray, hit));
         other = resolve_material(other, &touching, false);

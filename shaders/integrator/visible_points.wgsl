@@ -2,9 +2,10 @@
 // point in a hash grid; light paths of the same pass add to the pixels of all points around their vertices (progressive photon mapping the other way
 // round: Hachisuka et al. 2008, Knaus & Zwicker 2011). Sums are integers, so the order of a cell's list does not matter.
 //
-// A point takes POINT_STRIDE vectors: position and the next point of its cell; normal (in fog, direction of the ray) and radius; pixel, pass with depth
-// and kind, asymmetry (on a surface the coat there plus one), density of its joint to the sensor; throughput per lane.
-const POINT_STRIDE = 3u + LANES4;
+// A point takes 1 + POINT_STRIDE vectors: among the first ones, close together since searches go through many, its position and the next point of its
+// cell; behind all of those normal (in fog, direction of the ray) and radius; pixel, pass with depth and kind, asymmetry (on a surface the coat there plus
+// one), density of its joint to the sensor; throughput per lane.
+const POINT_STRIDE = 2u + LANES4;
 const FOG_POINT = 0x80000000u;
 // Bits 0-7: pass, 8-15: lane of a path of one wavelength, else 255; 16-30: depth.
 
@@ -13,9 +14,15 @@ fn cell_of(p: vec3f) -> vec3i {
     return vec3i(floor(p / (2.0 * gather_radius(params.gather_reach))));
 }
 
+// Every pass has HEADS of its own: what a pass looks up lies together, as its points do.
 fn cell_head(cell: vec3i, pass_index: u32) -> u32 {
     let c = vec3u(cell);
-    return hash(c.x * 0x9e3779b1u ^ hash(c.y * 0x85ebca77u ^ hash(c.z * 0xc2b2ae3du ^ pass_index))) & (HEADS - 1u);
+    return pass_index * HEADS + (hash(c.x * 0x9e3779b1u ^ hash(c.y * 0x85ebca77u ^ hash(c.z * 0xc2b2ae3du))) & (HEADS - 1u));
+}
+
+// Where the rest of a point begins.
+fn rest_of_point(slot: u32) -> u32 {
+    return arrayLength(&points) / (1u + POINT_STRIDE) + slot * POINT_STRIDE;
 }
 
 #if CAMERA_PATHS
@@ -26,17 +33,17 @@ var<private> point_slot: u32; // where this path's point goes
 
 // Leaves a point with the throughput beta * factor.
 fn leave_point(p: vec3f, n: vec3f, radius: f32, kind: u32, g: f32) {
-    let at = point_slot * POINT_STRIDE;
+    let at = rest_of_point(point_slot);
     let pass_index = sampler_index - params.first_sample;
     let next = atomicExchange(&heads[cell_head(cell_of(p), pass_index)], point_slot + 1u);
-    points[at] = vec4f(p, bitcast<f32>(next));
-    points[at + 1u] = vec4f(n, radius);
+    points[point_slot] = vec4f(p, bitcast<f32>(next));
+    points[at] = vec4f(n, radius);
     let about = kind | min(path.depth, 0x7fffu) << 16u | min(path.lane, 255u) << 8u | pass_index;
-    points[at + 2u] = vec4f(bitcast<f32>(sampled_pixel), bitcast<f32>(about), g, path.joins / f32(params.light_paths));
+    points[at + 1u] = vec4f(bitcast<f32>(sampled_pixel), bitcast<f32>(about), g, path.joins / f32(params.light_paths));
 }
 
 fn store_throughput(k: u32, throughput: vec4f) {
-    points[point_slot * POINT_STRIDE + 3u + k] = throughput;
+    points[rest_of_point(point_slot) + 2u + k] = throughput;
 }
 #else
 @group(0) @binding(16) var<storage, read> points: array<vec4f>;
@@ -62,22 +69,21 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
                 corner += 1u;
             }
             if (next != 0u) {
-                let at = (next - 1u) * POINT_STRIDE;
-                let place = points[at];
+                let place = points[next - 1u];
                 let to_point = place.xyz - v.p;
-                found = select(NONE, at, dot(to_point, to_point) < reach * reach);
+                found = select(NONE, next - 1u, dot(to_point, to_point) < reach * reach);
                 next = bitcast<u32>(place.w);
             }
         }
         if (found == NONE) {
             break;
         }
-        let at = found;
-        let place = points[at].xyz;
+        let place = points[found].xyz;
         let to_point = place - v.p;
-        let sides = points[at + 1u];
+        let at = rest_of_point(found);
+        let sides = points[at];
         let radius = sides.w;
-        let pixel_about = points[at + 2u];
+        let pixel_about = points[at + 1u];
         let about = bitcast<u32>(pixel_about.y);
         let lane = (about >> 8u) & 0xffu;
         // Another cell of the same head may hold the point, and have it looked at a second time.
@@ -114,7 +120,7 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         let kernel = select(measure, measure / v.extinction, in_fog);
         let w = factor / (kernel * (1.0 + safe_ratio(others, gathered)));
         for (var k = 0u; k < LANES4; k++) {
-            pending[k] = w * beta[k] * points[at + 3u + k];
+            pending[k] = w * beta[k] * points[at + 2u + k];
 #if COAT
             pending[k] *= select(coat_share[k], vec4f(1.0), over_point == NONE);
 #endif
@@ -142,10 +148,10 @@ fn leave_point_at_surface(p: vec3f, ns: vec3f, m: Material) {
 }
 #else
 // What arrives at a surface that may be diffuse is gathered before chance decides what the surface is: the points know which part of a mixture they are of.
-fn gather_at_surface(ray: Ray, s: Surface, kind: u32) {
+fn gather_at_surface(ray: Ray, s: Surface) {
     let flip = select(1.0, -1.0, dot(ray.d, s.n) > 0.0);
     let cos_from = -flip * dot(ray.d, s.ns);
-    if (scatters_diffusely(kind) && cos_from > 0.0 && path.depth < params.max_depth) {
+    if (cos_from > 0.0 && path.depth < params.max_depth) {
         let v = Vertex(s.p, cos_from, 1.0, 0.0, cos_from * INV_PI, false, 0.0);
         gather(ray, v, path.depth + 1u, flip * s.n, flip * s.ns);
     }

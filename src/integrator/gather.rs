@@ -19,6 +19,8 @@ const ALPHA: f64 = 2.0 / 3.0;
 pub(super) struct Gather {
     pub points: Resource,
     pub heads: Resource,
+    /// Of `heads`, for each pass.
+    pub cells: u32,
     /// Radius, and radius per metre of the camera path, in the first pass of a picture of one row, m.
     radius: (f64, f64),
     /// And at most, m.
@@ -37,8 +39,8 @@ impl Gather {
         let pixels = 64 * u64::from(blocks);
         let passes = (POINT_BYTES.min(gpu.max_binding()) / (pixels * point_bytes)).clamp(1, u64::from(most_passes)) as u32;
         let points = gpu.empty_storage("visible points", pixels * u64::from(passes) * point_bytes)?;
-        let heads = (pixels * u64::from(passes) * 2).next_power_of_two().clamp(1 << 10, 1 << 22);
-        let heads = gpu.empty_storage("cells of visible points", heads * 4)?;
+        let cells = (2 * pixels).next_power_of_two().clamp(1 << 10, ((1 << 22) / u64::from(passes)).next_power_of_two()) as u32;
+        let heads = gpu.empty_storage("cells of visible points", u64::from(cells) * u64::from(passes) * 4)?;
         // A picture of few pixels must not blur what is smaller than they are.
         let bounds = bounds_of_all(&scene.shapes);
         let most = SHARE * (bounds.max - bounds.min).length();
@@ -47,7 +49,7 @@ impl Gather {
             Sensor::Orthographic { height, .. } => (PIXELS * height, 0.0),
             Sensor::IrradiancePlane { .. } | Sensor::IrradianceSphere { .. } => (0.0, 0.0),
         };
-        Ok(Self { points, heads, radius, most: (most, most / f64::from(reach(scene))), passes })
+        Ok(Self { points, heads, cells, radius, most: (most, most / f64::from(reach(scene))), passes })
     }
 
     /// Radius, m, and radius per metre of the camera path, in this pass of all over a picture of so many rows.

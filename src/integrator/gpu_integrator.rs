@@ -99,7 +99,7 @@ impl GpuIntegrator {
         let blocks = [params, probed(&params)].iter().map(|p| blocks(largest(p))).max().unwrap_or(1);
         let passes = (EVENTS_PER_DISPATCH / scene.max_depth.max(1)).clamp(1, PASSES_PER_DISPATCH);
         let gather = if plan.has("GATHERED") { Some(Gather::new(&gpu, &plan, scene, blocks, passes)?) } else { None };
-        let heads = gather.as_ref().map_or(0, |g| g.heads.size() / 4);
+        let heads = gather.as_ref().map_or(0, |g| g.cells);
         let constants = plan.constants() + &gpu_scene.constants + &format!("const HEADS = {heads}u;\n");
         let limit = gpu.device.limits().max_compute_workgroups_per_dimension;
         let pass = |roots: &[&str], features: &Features, limit: u32, first_time: usize| -> Result<Pass> {
