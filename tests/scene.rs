@@ -6,6 +6,8 @@ mod advice;
 mod geometry;
 #[path = "scene/gltf.rs"]
 mod gltf;
+#[path = "scene/grain.rs"]
+mod grain;
 #[path = "scene/instances.rs"]
 mod instances;
 #[path = "scene/malformed.rs"]

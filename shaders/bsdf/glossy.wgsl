@@ -29,9 +29,9 @@ fn eval_glossy(m: Material, wo: vec3f, wi: vec3f) -> f32 {
 
 fn sample_glossy(m: Material, wo: vec3f, u_lobe: f32, u: vec2f) -> vec3f {
 #if ROUGH_CONDUCTOR
-    if (m.kind == MATERIAL_KIND_ROUGH_CONDUCTOR) {
+    if (m.kind != MATERIAL_KIND_COATED) {
         return sample_rough_conductor(m, wo, u_lobe, u);
     }
 #endif
-    return reflect(-wo, sample_visible_normal(wo, m.alpha, u));
+    return reflect(-wo, sample_visible_normal(wo, Width(m.alpha), u));
 }

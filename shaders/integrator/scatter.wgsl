@@ -252,7 +252,11 @@ fn scatter_mirror(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray
 
 #if GLOSSY
 fn scatter_glossy(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray {
+#if GRAIN
+    let frame = frame_along_grain(m, s, ns);
+#else
     let frame = frame_around(ns);
+#endif
     let wo = -ray.d * frame;
     if (wo.z <= 0.0) {
         return end_path(ray);
@@ -339,7 +343,7 @@ fn scatter_at_surface(ray: Ray, s: Surface, m: Material) -> Ray {
         }
 #endif
 #if ROUGH_CONDUCTOR
-        case MATERIAL_KIND_ROUGH_CONDUCTOR: {
+        case MATERIAL_KIND_ROUGH_CONDUCTOR, MATERIAL_KIND_BRUSHED_CONDUCTOR: {
             return scatter_glossy(ray, s, m, n, ns);
         }
 #endif

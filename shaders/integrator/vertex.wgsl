@@ -192,7 +192,8 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool) -> u
 
 #if CONTACT
 fn is_opaque(kind: u32) -> bool {
-    return kind == MATERIAL_KIND_DIFFUSE || kind == MATERIAL_KIND_SMOOTH_CONDUCTOR || kind == MATERIAL_KIND_ROUGH_CONDUCTOR || kind == MATERIAL_KIND_COATED;
+    return kind == MATERIAL_KIND_DIFFUSE || kind == MATERIAL_KIND_SMOOTH_CONDUCTOR || kind == MATERIAL_KIND_ROUGH_CONDUCTOR || kind == MATERIAL_KIND_COATED
+        || kind == MATERIAL_KIND_BRUSHED_CONDUCTOR;
 }
 #endif
 

@@ -2,7 +2,7 @@
 
 use crate::geometry::{Bounds, bounds};
 use crate::gpu::light_tree_pays;
-use crate::scene::{Filter, Geometry, Light, Material, Scene, Sensor, Shape};
+use crate::scene::{Filter, Geometry, Light, Material, Mesh, Scene, Sensor, Shape};
 use crate::spectrum::Ior;
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -100,6 +100,7 @@ impl Plan {
         });
         let graded = any(&|m| matches!(m, Material::Graded { .. }));
         let normal_maps = any(&|m| matches!(m, Material::NormalMapped { .. }));
+        let has_normals = |mesh: &Mesh| !mesh.normals.is_empty() || !mesh.tangents.is_empty();
         let lanes = super::Wavelengths::lanes(scene.film.bins.count);
         let features = BTreeMap::from([
             ("QUADRICS", shape(&|g| !matches!(g, Geometry::Mesh(_) | Geometry::Instance(_)))),
@@ -107,8 +108,8 @@ impl Plan {
             (
                 "SMOOTH_NORMALS",
                 shape(&|g| match g {
-                    Geometry::Mesh(mesh) => !mesh.normals.is_empty(),
-                    Geometry::Instance(instance) => !instance.mesh().normals.is_empty(),
+                    Geometry::Mesh(mesh) => has_normals(mesh),
+                    Geometry::Instance(instance) => has_normals(instance.mesh()),
                     _ => false,
                 }),
             ),
@@ -130,6 +131,7 @@ impl Plan {
             ("NORMAL_MAPS", normal_maps),
             ("LIGHT_TEXTURES", textured_lights),
             ("FILM", used.iter().any(|m| scene.films.contains_key(m))),
+            ("GRAIN", used.iter().any(|m| scene.grains.contains_key(m))),
             ("COLORED_CONDUCTOR", any(&|m| matches!(m, Material::ColoredConductor { .. }))),
             ("GRADED", graded),
             ("MIX", any(&|m| matches!(m, Material::Mix { .. }))),
@@ -253,10 +255,10 @@ impl Plan {
     /// WGSL constants of the plan.
     pub fn constants(&self) -> String {
         use super::guide::{AXES, BLOCKS, ROOT};
-        use crate::bsdf::energy::{ETA_MAX, ETA_NODES, MIN_MEAN, MU_NODES};
+        use crate::bsdf::energy::{ETA_MAX, ETA_NODES, GRAIN_NODES, MIN_MEAN, MU_NODES};
         use crate::scene::roughness::STEPS;
         format!(
-            "const GUIDE_AXES = {AXES}u;\nconst GUIDE_BLOCKS = {BLOCKS}u;\nconst GUIDE_ROOT = {ROOT}u;\nconst LANES = {}u;\nconst LANES4 = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\n\
+            "const GUIDE_AXES = {AXES}u;\nconst GUIDE_BLOCKS = {BLOCKS}u;\nconst GUIDE_ROOT = {ROOT}u;\nconst LANES = {}u;\nconst LANES4 = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\nconst ENERGY_GRAIN = {GRAIN_NODES}u;\n\
              const ENERGY_ETA_MAX = {ETA_MAX:?};\nconst ENERGY_MIN_MEAN = {MIN_MEAN:?};\nconst ROUGHNESS_STEPS = {STEPS}u;\n",
             self.lanes,
             self.lanes.div_ceil(4),
@@ -381,6 +383,7 @@ impl fmt::Display for Plan {
                     ("THIN_DIELECTRIC", "thin panes"),
                     ("SMOOTH_CONDUCTOR", "mirrors"),
                     ("ROUGH_CONDUCTOR", "rough metal"),
+                    ("GRAIN", "brushed metal"),
                     ("COAT", "clear coats"),
                     ("FILM", "thin films"),
                     ("GRADED", "roughness that varies"),

@@ -9,6 +9,7 @@ use crate::bsdf::dielectric::RoughDielectric;
 use crate::bsdf::energy::EnergyTable;
 use crate::bsdf::film::Stack;
 use crate::bsdf::fresnel::{self, Metal};
+use crate::bsdf::ggx::Width;
 use crate::bsdf::sample_cosine;
 use crate::scene::{Material, Scene};
 use glam::{DMat3, DVec2, DVec3, dvec3};
@@ -28,7 +29,7 @@ pub(super) enum Bsdf<'a> {
     /// Reflectance.
     Diffuse(Vec<f64>),
     /// Metal.
-    Conductor { metal: Vec<Metal>, alpha: f64, energy: Option<&'a EnergyTable> },
+    Conductor { metal: Vec<Metal>, width: Width, energy: Option<&'a EnergyTable> },
     /// Far index over near index, and the film between, if there is one.
     Dielectric { eta: Vec<f64>, film: Vec<Stack>, alpha: f64, energy: Option<&'a EnergyTable> },
     /// Relative index of the pane, or if it is a film, that.
@@ -56,12 +57,19 @@ pub(super) struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// `None` where the shading normal contradicts the geometry: such light is absorbed.
-    pub(super) fn new(bsdf: Bsdf<'a>, coat: Vec<Coat<'a>>, hit: &Hit, wi: DVec3, transport: Transport) -> Option<Self> {
+    /// `along` is where its grain points. `None` where the shading normal contradicts the geometry: such light is absorbed.
+    pub(super) fn new(
+        bsdf: Bsdf<'a>,
+        coat: Vec<Coat<'a>>,
+        along: Option<DVec3>,
+        hit: &Hit,
+        wi: DVec3,
+        transport: Transport,
+    ) -> Option<Self> {
         let side = if wi.dot(hit.ng) < 0.0 { -1.0 } else { 1.0 };
         let (ng, ns) = (hit.ng * side, hit.ns * side);
-        let (x, y) = ns.any_orthonormal_pair();
-        (wi.dot(ns) > 0.0).then_some(Self { bsdf, coat, frame: DMat3::from_cols(x, y, ns), ng, wi, transport })
+        let x = along.unwrap_or_else(|| ns.any_orthonormal_vector());
+        (wi.dot(ns) > 0.0).then_some(Self { bsdf, coat, frame: DMat3::from_cols(x, ns.cross(x), ns), ng, wi, transport })
     }
 
     /// Which side of the geometry `wo` goes to, as a factor: 0 where the shading normal says otherwise, else 1 or for flux Veach's correction.
@@ -87,8 +95,8 @@ impl<'a> Surface<'a> {
         let (wi, local) = (self.local(self.wi), self.local(wo));
         let g = match &self.bsdf {
             Bsdf::Diffuse(rho) => self.paint(rho[lane], lane, wi, local) * local.z.max(0.0) / PI,
-            Bsdf::Conductor { metal, alpha, energy: Some(energy) } => {
-                let facets = RoughConductor { alpha: *alpha, energy };
+            Bsdf::Conductor { metal, width, energy: Some(energy) } => {
+                let facets = RoughConductor { alpha: *width, energy };
                 facets.eval(wi, local, |lobe| self.mirror(facets.reflectance(lobe, metal[lane]), lane, wi, local))
             }
             Bsdf::Dielectric { eta, alpha, energy: Some(energy), .. } => {
@@ -156,8 +164,8 @@ impl<'a> Surface<'a> {
                 let wo = fresnel::reflect(wi, DVec3::Z);
                 one(wo, false, &|i| self.mirror(metal[i].at(wi.z), i, wi, wo))
             }
-            Bsdf::Conductor { metal, alpha, energy: Some(energy) } => {
-                let facets = RoughConductor { alpha: *alpha, energy };
+            Bsdf::Conductor { metal, width, energy: Some(energy) } => {
+                let facets = RoughConductor { alpha: *width, energy };
                 let [u0, u1] = rng.next2();
                 let Some(s) = facets.sample(wi, [u0, u1, rng.next()]) else { return vec![] };
                 one(s.wo, false, &|i| s.weight * self.mirror(facets.reflectance(s.lobe, metal[i]), i, wi, s.wo))

@@ -29,7 +29,7 @@ use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::first_hits::{Albedo, FirstHits};
 use crate::render::{BatchStats, Integrator, Renderer};
-use crate::scene::{Estimator, Light, Material, Scene, Sensor, WavelengthSampling};
+use crate::scene::{Estimator, Grain, Light, Material, Scene, Sensor, WavelengthSampling};
 use crate::spectrum::library::{self, Cmf, Observer};
 use bvh::World;
 use glam::DVec3;
@@ -64,9 +64,10 @@ struct Stage {
     seed: u64,
 }
 
-/// Energy tables of one roughness.
+/// Energy tables of one roughness, and grain if it has one.
 struct Energy {
     alpha: f64,
+    grain: Option<Grain>,
     dielectric: EnergyTable,
     conductor: EnergyTable,
     coat: EnergyTable,
@@ -88,16 +89,18 @@ impl ReferenceIntegrator {
         let world = World::new(scene);
         let ball = world.ball_around(&sensor::corners(&scene.sensor));
         let mut energy: Vec<Energy> = Vec::new();
-        for material in &scene.materials {
+        for (index, material) in scene.materials.iter().enumerate() {
+            let grain = scene.grains.get(&index).copied();
             if let Material::Dielectric { alpha, .. }
             | Material::Conductor { alpha, .. }
             | Material::ColoredConductor { alpha, .. }
             | Material::Coated { alpha, .. } = *material
                 && alpha > 0.0
-                && energy.iter().all(|e| e.alpha != alpha)
+                && energy.iter().all(|e| (e.alpha, e.grain) != (alpha, grain))
             {
-                let (dielectric, conductor) = (EnergyTable::dielectric(alpha), EnergyTable::conductor(alpha));
-                energy.push(Energy { alpha, dielectric, conductor, coat: EnergyTable::coat(alpha) });
+                let conductor = grain.map_or_else(|| EnergyTable::conductor(alpha), |g| EnergyTable::brushed(g.width(alpha)));
+                let (dielectric, coat) = (EnergyTable::dielectric(alpha), EnergyTable::coat(alpha));
+                energy.push(Energy { alpha, grain, dielectric, conductor, coat });
             }
         }
         let interiors_at_eye = match scene.sensor {
@@ -203,8 +206,8 @@ impl Stage {
         }
     }
 
-    fn energy(&self, alpha: f64) -> Option<&Energy> {
-        self.energy.iter().find(|e| e.alpha == alpha)
+    fn energy(&self, alpha: f64, grain: Option<Grain>) -> Option<&Energy> {
+        self.energy.iter().find(|e| (e.alpha, e.grain) == (alpha, grain))
     }
 
     fn interiors_at(&self, point: DVec3) -> Vec<usize> {

@@ -6,7 +6,7 @@ use super::json::Node;
 use super::load::Loader;
 use super::materials::THICKEST_FILM;
 use super::roughness::Roughness;
-use super::{Emission, Film, Interior, Material, Texture};
+use super::{Emission, Film, Grain, Interior, Material, Texture};
 use crate::color::cie;
 use crate::error::Result;
 use crate::spectrum::library::Observer;
@@ -30,7 +30,6 @@ pub(super) fn photometric(node: &Node, rgb: [f64; 3], factor: f64) -> Result<Spe
 /// Extensions of materials that change only how they look, not what they are: named by what is lost.
 const LOST: &[(&str, &str)] = &[
     ("KHR_materials_sheen", "sheen"),
-    ("KHR_materials_anisotropy", "anisotropy (roughness is the same in all directions)"),
     ("KHR_materials_diffuse_transmission", "diffuse transmission"),
     ("KHR_materials_unlit", "\"unlit\" (such surfaces are lit like all others)"),
 ];
@@ -148,6 +147,7 @@ impl<'n> Reader<'_, 'n, '_> {
         let rough = self.roughness(self.pbr.clone(), "roughnessFactor", 1.0, "metallicRoughnessTexture")?;
         let lacquer = self.lacquer()?;
         let film = self.film()?;
+        let grain = self.grain()?;
         let is = |share: &Texture, value: f64| matches!(share, Texture::Uniform(Spectrum::Constant(v)) if *v == value);
         let reflectance = match self.info("baseColorTexture") {
             Some(info) => self.textures.read(&info, self.uv_set, Use::Reflectance(base), Spectrum::Constant(1.0), None)?,
@@ -161,6 +161,9 @@ impl<'n> Reader<'_, 'n, '_> {
         if !is(&metallic, 1.0) && !is(&transmission, 1.0) {
             if film.is_some() {
                 self.note("iridescence of what is neither metal nor glass: ignored (KHR_materials_iridescence)");
+            }
+            if grain.is_some() {
+                self.note("anisotropy of what is not metal: ignored, its gloss is the same in all directions (KHR_materials_anisotropy)");
             }
             let paint = self.push(Material::Diffuse { reflectance: reflectance.clone() });
             let glossy = self.glossy(paint, &rough)?;
@@ -177,6 +180,9 @@ impl<'n> Reader<'_, 'n, '_> {
         if !is(&metallic, 0.0) {
             let metal = self.push_rough(&rough, |alpha| Material::ColoredConductor { reflectance: reflectance.clone(), alpha });
             let metal = self.filmed_metal(metal, &reflectance, &rough, &film);
+            if let Some(grain) = grain {
+                self.loader.put_grain(metal, grain);
+            }
             let metal = self.lacquered(metal, metal, &lacquer);
             surface = Some(surface.map_or(metal, |under| self.mix(metal, under, metallic)));
         }
@@ -231,6 +237,17 @@ impl<'n> Reader<'_, 'n, '_> {
         let Some((share, roughness)) = lacquer else { return bare };
         let coated = self.push_rough(roughness, |alpha| Material::Coated { base, ior: Ior::constant(CLEAR_COAT), alpha });
         self.mix(coated, bare, share.clone())
+    }
+
+    /// The grain of brushed metal, if the material has one.
+    fn grain(&mut self) -> Result<Option<Grain>> {
+        let Some(node) = self.extension("KHR_materials_anisotropy") else { return Ok(None) };
+        if node.get("anisotropyTexture").is_some() {
+            self.note("pictures of anisotropy: ignored, strength and rotation are the same all over (KHR_materials_anisotropy)");
+        }
+        let strength = factor(Some(&node), "anisotropyStrength", 0.0, 1.0)?;
+        let rotation = node.get("anisotropyRotation").map_or(Ok(0.0), |n| n.within(-1e3, 1e3))?;
+        Ok((strength > 0.0).then_some(Grain { strength, rotation }))
     }
 
     /// The film that makes a surface iridescent, and how much of it there is.

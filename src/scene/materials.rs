@@ -1,5 +1,6 @@
 //! Materials, media and the volumes that dielectrics and boundaries enclose.
 
+use super::grain::grain;
 use super::json::{Node, quoted, suggest};
 use super::keys::MATERIALS;
 use super::load::Loader;
@@ -84,6 +85,16 @@ impl Materials {
         loader.scene.materials[index] = material;
         if let Some(film) = film {
             loader.put_film(index, &film);
+        }
+        if let Some(node) = node.get("conductor").and_then(|inner| inner.get("anisotropy")) {
+            if let Material::Conductor { alpha: 0.0, .. } | Material::ColoredConductor { alpha: 0.0, .. } =
+                loader.scene.materials[index]
+            {
+                return Err(
+                    node.fail("a smooth metal has no grain", "give it a \"roughness\": the least it has in any direction")
+                );
+            }
+            loader.put_grain(index, grain(&node)?);
         }
         Ok(())
     }
@@ -182,10 +193,7 @@ impl Interior {
 impl Loader {
     /// Puts a film on the material at this index, or on all the levels of its roughness.
     pub(super) fn put_film(&mut self, index: usize, film: &Film) {
-        let filmed = match &self.scene.materials[index] {
-            Material::Graded { first, levels, .. } => *first..first + levels.len(),
-            _ => index..index + 1,
-        };
+        let filmed = self.scene.levels(index);
         self.scene.films.extend(filmed.map(|i| (i, film.clone())));
     }
 

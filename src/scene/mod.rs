@@ -11,6 +11,7 @@ mod gltf_file;
 mod gltf_material;
 mod gltf_override;
 mod gltf_texture;
+mod grain;
 mod ies;
 mod image_texture;
 mod instance;
@@ -33,6 +34,7 @@ mod transform;
 mod units;
 
 pub use advice::advice;
+pub use grain::{Grain, direction_of_grain};
 pub use instance::Instance;
 pub(crate) use json::{quoted, suggest};
 pub use lights::luminous_flux_lm;
@@ -44,7 +46,7 @@ pub use texture::Texture;
 
 use crate::bsdf::film::Stack;
 use crate::spectrum::{Ior, Spectrum};
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3, DVec4};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -61,6 +63,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Thin films on smooth dielectrics and on conductors, by the index of the material; of a thin dielectric, that it is itself a film.
     pub films: BTreeMap<usize, Film>,
+    /// Grain of rough conductors, by the index of the material.
+    pub grains: BTreeMap<usize, Grain>,
     /// Volumes with an index and a medium; `interiors[0]` surrounds the scene.
     pub interiors: Vec<Interior>,
     /// Geometry: every instance is its own shape.
@@ -276,6 +280,8 @@ pub struct Mesh {
     pub normals: Vec<DVec3>,
     /// Texture coordinates per vertex, (0, 0) being the upper left corner of a picture and (1, 1) the lower right; or empty.
     pub uvs: Vec<DVec2>,
+    /// Tangents per vertex, for materials with a grain, or empty: the direction of growing u, and 1, or -1 where the picture is seen mirrored.
+    pub tangents: Vec<DVec4>,
     /// Vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
 }

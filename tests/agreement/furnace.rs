@@ -95,6 +95,14 @@ fn rough_surfaces_in_uniform_light_cannot_be_seen() {
         shape(s, m, sphere(DVec3::ZERO, 1.0));
     });
     cannot_be_seen("rough mirror", &mirror, 128);
+    for (alpha, strength) in [(0.05, 0.7), (0.3, 1.0)] {
+        let brushed = furnace(|s| {
+            let m = material(s, Material::Conductor { eta: flat(1e-6), k: flat(10.0), alpha });
+            s.grains.insert(m, Grain { strength, rotation: 0.4 });
+            shape(s, m, sphere(DVec3::ZERO, 1.0));
+        });
+        cannot_be_seen(&format!("brushed mirror {alpha} {strength}"), &brushed, 128);
+    }
     for alpha in [0.0, 0.3] {
         let coated = furnace(|s| {
             let white = material(s, Material::Diffuse { reflectance: flat(1.0).into() });

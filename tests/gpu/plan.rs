@@ -38,6 +38,8 @@ fn axes() -> [Vec<Value>; 5] {
         ball(json!({"conductor": {"metal": "Al"}})),
         ball(json!({"conductor": {"metal": "Al", "alpha": 0.3}})),
         ball(json!({"conductor": {"reflectance": 0.5, "alpha": 0.3}})),
+        json!({"materials": {"m": {"conductor": {"metal": "Al", "alpha": 0.3, "anisotropy": {"strength": 0.5}}}},
+               "shapes": [{"mesh": {"file": "square.obj", "smooth": true}, "material": "m"}]}),
         ball(json!({"thin_dielectric": {"ior": 1.33, "thickness": 400}})),
         ball(json!({"dielectric": {"ior": 1.5, "thin_film": {"thickness": 120, "ior": 1.3}}})),
         ball(json!({"conductor": {"metal": "Ti", "alpha": 0.3, "thin_film": {"thickness": 120, "ior": 2.5}}})),
