@@ -11,6 +11,8 @@ use std::f64::consts::PI;
 
 #[path = "bsdf/grain.rs"]
 mod grain;
+#[path = "bsdf/sheen.rs"]
+mod sheen;
 
 struct Random(u64);
 

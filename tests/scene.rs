@@ -14,6 +14,8 @@ mod instances;
 mod malformed;
 #[path = "scene/profiles.rs"]
 mod profiles;
+#[path = "scene/sheen.rs"]
+mod sheen;
 #[path = "scene/textures.rs"]
 mod textures;
 #[path = "scene/units.rs"]

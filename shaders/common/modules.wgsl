@@ -97,6 +97,9 @@ fn film_reflectance(m: Material, cos_i: f32, near: vec4f, far: vec4f, far_k: vec
 #if COAT
 #include "bsdf/coat.wgsl"
 #endif
+#if SHEEN
+#include "bsdf/sheen.wgsl"
+#endif
 #if GLOSSY
 #include "bsdf/glossy.wgsl"
 #endif

@@ -240,9 +240,14 @@ impl Tables {
         if let Some((_, at)) = self.made.iter().find(|(made, _)| *made == table) {
             return *at;
         }
-        let at = self.entries.len() as u32;
-        self.entries.extend(table.entries().into_iter().map(|x| x as f32));
+        let at = self.append(&table.entries());
         self.made.push((table, at));
+        at
+    }
+
+    fn append(&mut self, entries: &[f64]) -> u32 {
+        let at = self.entries.len() as u32;
+        self.entries.extend(entries.iter().map(|&x| x as f32));
         at
     }
 
@@ -303,6 +308,13 @@ fn materials(scene: &Scene, rows: &mut Rows, textures: &mut Textures, tables: &m
                 b: *base as u32,
                 alpha: *alpha as f32,
                 table: tables.add(Table::Coat(*alpha)),
+                ..none
+            },
+            scene::Material::Sheen { base, color, alpha } => Material {
+                kind: layout::MATERIAL_KIND_SHEEN,
+                a: rows.spectrum(color),
+                b: *base as u32,
+                table: tables.append(&scene.sheen(color, *alpha).entries()),
                 ..none
             },
             scene::Material::Mix { a, b, weight } => {

@@ -11,6 +11,7 @@ use crate::bsdf::film::Stack;
 use crate::bsdf::fresnel::{self, Metal};
 use crate::bsdf::ggx::Width;
 use crate::bsdf::sample_cosine;
+use crate::bsdf::sheen::Sheen;
 use crate::scene::{Material, Scene};
 use glam::{DMat3, DVec2, DVec3, dvec3};
 use std::f64::consts::PI;
@@ -36,6 +37,17 @@ pub(super) enum Bsdf<'a> {
     Thin(Vec<f64>, Vec<Stack>),
 }
 
+/// What else there is to a surface.
+#[derive(Default)]
+pub(super) struct Over<'a> {
+    /// The coat on it, for each wavelength, or nothing.
+    pub coat: Vec<Coat<'a>>,
+    /// The sheen over all of it, and its colour at each wavelength.
+    pub sheen: Option<(&'a Sheen, Vec<f64>)>,
+    /// Where its grain points.
+    pub along: Option<DVec3>,
+}
+
 /// Light that leaves a surface together.
 pub(super) struct Outgoing {
     pub wo: DVec3,
@@ -46,8 +58,7 @@ pub(super) struct Outgoing {
 /// A surface point with its material, as seen by a path that came from `wi`.
 pub(super) struct Surface<'a> {
     pub bsdf: Bsdf<'a>,
-    /// What lies on it, for each wavelength, or nothing.
-    coat: Vec<Coat<'a>>,
+    over: Over<'a>,
     /// To the world; the third column is the shading normal on the side of `wi`.
     frame: DMat3,
     /// Geometric normal on the side of `wi`.
@@ -57,19 +68,12 @@ pub(super) struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// `along` is where its grain points. `None` where the shading normal contradicts the geometry: such light is absorbed.
-    pub(super) fn new(
-        bsdf: Bsdf<'a>,
-        coat: Vec<Coat<'a>>,
-        along: Option<DVec3>,
-        hit: &Hit,
-        wi: DVec3,
-        transport: Transport,
-    ) -> Option<Self> {
+    /// `None` where the shading normal contradicts the geometry: such light is absorbed.
+    pub(super) fn new(bsdf: Bsdf<'a>, over: Over<'a>, hit: &Hit, wi: DVec3, transport: Transport) -> Option<Self> {
         let side = if wi.dot(hit.ng) < 0.0 { -1.0 } else { 1.0 };
         let (ng, ns) = (hit.ng * side, hit.ns * side);
-        let x = along.unwrap_or_else(|| ns.any_orthonormal_vector());
-        (wi.dot(ns) > 0.0).then_some(Self { bsdf, coat, frame: DMat3::from_cols(x, ns.cross(x), ns), ng, wi, transport })
+        let x = over.along.unwrap_or_else(|| ns.any_orthonormal_vector());
+        (wi.dot(ns) > 0.0).then_some(Self { bsdf, over, frame: DMat3::from_cols(x, ns.cross(x), ns), ng, wi, transport })
     }
 
     /// Which side of the geometry `wo` goes to, as a factor: 0 where the shading normal says otherwise, else 1 or for flux Veach's correction.
@@ -104,18 +108,24 @@ impl<'a> Surface<'a> {
             }
             _ => 0.0,
         };
-        let own = self.coat.get(lane).map_or(0.0, |coat| coat.eval(wi, local));
-        (own + g) * self.correction(wo)
+        let own = self.over.coat.get(lane).map_or(0.0, |coat| coat.eval(wi, local));
+        let of_sheen = self.over.sheen.as_ref().map_or(0.0, |(sheen, color)| color[lane] * sheen.eval(wi, local));
+        (of_sheen + self.under_sheen(wi, local) * (own + g)) * self.correction(wo)
+    }
+
+    /// What sheen leaves of what is under it.
+    fn under_sheen(&self, wi: DVec3, wo: DVec3) -> f64 {
+        self.over.sheen.as_ref().map_or(1.0, |(sheen, _)| sheen.over(wi.z, wo.z.abs()))
     }
 
     /// The reflectance of paint, through the coat if there is one.
     fn paint(&self, rho: f64, lane: usize, wi: DVec3, wo: DVec3) -> f64 {
-        self.coat.get(lane).map_or(rho, |coat| coat.over_diffuse(rho, wi.z, wo.z))
+        self.over.coat.get(lane).map_or(rho, |coat| coat.over_diffuse(rho, wi.z, wo.z))
     }
 
     /// The reflectance of a mirror or facet, likewise.
     fn mirror(&self, r: f64, lane: usize, wi: DVec3, wo: DVec3) -> f64 {
-        self.coat.get(lane).map_or(r, |coat| coat.over_mirror(r, wi.z, wo.z))
+        self.over.coat.get(lane).map_or(r, |coat| coat.over_mirror(r, wi.z, wo.z))
     }
 
     fn local(&self, w: DVec3) -> DVec3 {
@@ -124,7 +134,7 @@ impl<'a> Surface<'a> {
 
     /// Scatters the path: nothing if absorbed, several where dispersion parts its wavelengths.
     pub(super) fn sample(&self, lanes: &[Lane], rng: &mut Rng) -> Vec<Outgoing> {
-        let mut out = self.sample_local(self.local(self.wi), lanes, rng);
+        let mut out = self.sample_under_sheen(self.local(self.wi), lanes, rng);
         for o in &mut out {
             let refracted = o.transmitted && self.transport == Transport::Radiance;
             o.wo = (self.frame * o.wo).normalize();
@@ -141,8 +151,27 @@ impl<'a> Surface<'a> {
         out
     }
 
+    /// The sheen's own reflection or what is under it; each weighs the more for its probability.
+    fn sample_under_sheen(&self, wi: DVec3, lanes: &[Lane], rng: &mut Rng) -> Vec<Outgoing> {
+        let Some((sheen, color)) = &self.over.sheen else { return self.sample_local(wi, lanes, rng) };
+        let own = mean(color) * sheen.albedo(wi.z).min(1.0);
+        let q = (own / (own + sheen.transmittance(wi.z)).max(1e-6)).clamp(0.05, 0.95);
+        if rng.next() < q {
+            let wo = sample_cosine(rng.next2());
+            let weight = sheen.eval(wi, wo) * PI / (wo.z * q);
+            let lanes = lanes.iter().zip(color).map(|(l, c)| l.times(c * weight)).collect();
+            return vec![Outgoing { wo, lanes, transmitted: false }];
+        }
+        let mut out = self.sample_local(wi, lanes, rng);
+        for o in &mut out {
+            let weight = self.under_sheen(wi, o.wo) / (1.0 - q);
+            o.lanes.iter_mut().for_each(|lane| lane.beta *= weight);
+        }
+        out
+    }
+
     fn sample_local(&self, wi: DVec3, lanes: &[Lane], rng: &mut Rng) -> Vec<Outgoing> {
-        let reflected: Vec<f64> = self.coat.iter().map(|coat| 1.0 - coat.transmittance(wi.z)).collect();
+        let reflected: Vec<f64> = self.over.coat.iter().map(|coat| 1.0 - coat.transmittance(wi.z)).collect();
         // Probability of the coat's own reflection; the samples of what is under it weigh the more.
         let of_coat = if reflected.is_empty() { 0.0 } else { mean(&reflected) };
         let one = |wo, transmitted, weight: &dyn Fn(usize) -> f64| {
@@ -150,9 +179,9 @@ impl<'a> Surface<'a> {
             vec![Outgoing { wo, lanes, transmitted }]
         };
         if of_coat > 0.0 && rng.next() < of_coat {
-            let Some((wo, weight, cos)) = self.coat[0].sample(wi, rng.next2()) else { return vec![] };
+            let Some((wo, weight, cos)) = self.over.coat[0].sample(wi, rng.next2()) else { return vec![] };
             let share = |coat: &Coat| weight * fresnel::dielectric(cos, coat.eta) / of_coat;
-            let lanes = lanes.iter().zip(&self.coat).map(|(l, coat)| l.times(share(coat))).collect();
+            let lanes = lanes.iter().zip(&self.over.coat).map(|(l, coat)| l.times(share(coat))).collect();
             return vec![Outgoing { wo, lanes, transmitted: false }];
         }
         match &self.bsdf {
@@ -232,7 +261,8 @@ pub(super) fn straight_share(scene: &Scene, index: usize, cos: f64, uv: DVec2, n
         | Material::Dielectric { .. }
         | Material::Conductor { .. }
         | Material::ColoredConductor { .. }
-        | Material::Coated { .. } => 0.0,
+        | Material::Coated { .. }
+        | Material::Sheen { .. } => 0.0,
     }
 }
 

@@ -25,6 +25,7 @@ mod walk;
 pub use interiors::initial_interiors;
 
 use crate::bsdf::energy::EnergyTable;
+use crate::bsdf::sheen::Sheen;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::first_hits::{Albedo, FirstHits};
@@ -37,6 +38,7 @@ use intersect::Ray;
 use light::Emitters;
 use rayon::prelude::*;
 use rng::Rng;
+use std::collections::BTreeMap;
 
 /// Maximum luminous efficacy, lm / W, that turns watts weighed by the observer into XYZ.
 const K_M: f64 = 683.002;
@@ -57,6 +59,8 @@ struct Stage {
     world: World,
     emitters: Emitters,
     energy: Vec<Energy>,
+    /// By the index of the material.
+    sheens: BTreeMap<usize, Sheen>,
     observer: &'static Cmf,
     interiors_at_eye: Vec<usize>,
     has_interiors: bool,
@@ -103,6 +107,10 @@ impl ReferenceIntegrator {
                 energy.push(Energy { alpha, grain, dielectric, conductor, coat });
             }
         }
+        let sheens = scene.materials.iter().enumerate().filter_map(|(i, m)| match m {
+            Material::Sheen { color, alpha, .. } => Some((i, scene.sheen(color, *alpha))),
+            _ => None,
+        });
         let interiors_at_eye = match scene.sensor {
             Sensor::Perspective { eye, .. } => interiors::interiors_at(scene, &world, Ray::new(eye, interiors::up()), vec![]),
             _ => vec![],
@@ -118,6 +126,7 @@ impl ReferenceIntegrator {
             scene: scene.clone(),
             world,
             energy,
+            sheens: sheens.collect(),
             seed,
         };
         Ok(Self { stage, estimator })

@@ -4,16 +4,17 @@
 use super::Stage;
 use super::interiors::{Crossing, MAX_STRAIGHT, cross, ruling};
 use super::intersect::{Hit, Ray};
-use super::material::{Bsdf, Surface, Transport, straight_share};
+use super::material::{Bsdf, Over, Surface, Transport, straight_share};
 use super::medium::Medium;
 use super::rng::Rng;
 use crate::bsdf::coat::Coat;
 use crate::bsdf::fresnel::Metal;
 use crate::bsdf::phase;
+use crate::bsdf::sheen::Sheen;
 use crate::render::BatchStats;
 use crate::scene::roughness::level_at;
 use crate::scene::{Film, Geometry, Grain, Material, direction_of_grain};
-use crate::spectrum::Ior;
+use crate::spectrum::{Ior, Spectrum};
 use glam::{DVec3, DVec4};
 
 /// Scattering events after which paths play Russian roulette.
@@ -96,12 +97,13 @@ struct Met<'a> {
     material: &'a Material,
     /// Index and GGX width of the coat on it.
     coat: Option<(&'a Ior, f64)>,
+    sheen: Option<(&'a Sheen, &'a Spectrum)>,
     film: Option<&'a Film>,
     grain: Option<Grain>,
 }
 
-/// What scatters light there: where, how, and through which coat, if any; the direction of its grain.
-type Scatterer<'a> = (Hit, Bsdf<'a>, Vec<Coat<'a>>, Option<DVec3>);
+/// What scatters light there: where, how, and through what.
+type Scatterer<'a> = (Hit, Bsdf<'a>, Over<'a>);
 
 pub(super) enum Scattering<'a> {
     Surface(&'a Surface<'a>),
@@ -181,7 +183,7 @@ impl Stage {
             seen.arrived(&path, &hits);
             let on: Vec<u32> = hits.iter().map(|h| h.prim).collect();
             let (beyond, met) = self.meet(&mut path, &hits, rng);
-            let Some((hit, bsdf, coat, along)) = met else {
+            let Some((hit, bsdf, over)) = met else {
                 path.straight += 1;
                 if path.straight > MAX_STRAIGHT {
                     stats.truncated += 1;
@@ -191,7 +193,7 @@ impl Stage {
                 path.inside = beyond;
                 continue;
             };
-            let Some(surface) = Surface::new(bsdf, coat, along, &hit, -path.ray.dir, transport) else { return };
+            let Some(surface) = Surface::new(bsdf, over, &hit, -path.ray.dir, transport) else { return };
             if !self.may_scatter(&path, stats) {
                 return;
             }
@@ -224,7 +226,7 @@ impl Stage {
         let met: Vec<Met> = hits.iter().map(|h| self.choose(*h, path, rng)).collect();
         let values = |f: &dyn Fn(f64) -> f64| path.lanes.iter().map(|l| f(l.nm)).collect::<Vec<f64>>();
         let outside = values(&|nm| self.scene.interiors[ruling(&self.scene, &path.inside)].ior.eval(nm));
-        for &Met { hit, material, coat, film, grain } in &met {
+        for &Met { hit, material, coat, sheen, film, grain } in &met {
             let bsdf = match material {
                 Material::Diffuse { reflectance } => Bsdf::Diffuse(values(&|nm| reflectance.eval(nm, hit.uv))),
                 Material::ThinDielectric { ior } => {
@@ -253,8 +255,12 @@ impl Stage {
                 rough: self.energy(alpha, None).map(|e| (alpha, &e.coat)),
             };
             let coats = |coat| path.lanes.iter().zip(&outside).map(|(l, &n)| of_lane(coat, l.nm, n)).collect();
-            let along = grain.map(|grain| self.along(&grain, &hit));
-            return (path.inside.clone(), Some((hit, bsdf, coat.map_or(vec![], coats), along)));
+            let over = Over {
+                coat: coat.map_or(vec![], coats),
+                sheen: sheen.map(|(sheen, color)| (sheen, values(&|nm| color.eval(nm)))),
+                along: grain.map(|grain| self.along(&grain, &hit)),
+            };
+            return (path.inside.clone(), Some((hit, bsdf, over)));
         }
         let crossed: Vec<(&Hit, &Material)> = met.iter().map(|m| (&m.hit, m.material)).collect();
         match cross(&self.scene, &path.inside, path.ray.dir, &crossed) {
@@ -269,7 +275,7 @@ impl Stage {
                 let stack = |l: &Lane, film: &Film| film.between(index(near, l.nm), (index(far, l.nm), 0.0), l.nm);
                 let film = film.map_or(vec![], |film| path.lanes.iter().map(|l| stack(l, film)).collect());
                 let energy = self.energy(alpha, None).map(|e| &e.dielectric);
-                (beyond, Some((*hit, Bsdf::Dielectric { eta, film, alpha, energy }, vec![], None)))
+                (beyond, Some((*hit, Bsdf::Dielectric { eta, film, alpha, energy }, Over::default())))
             }
             (beyond, Crossing::Straight) => (beyond, None),
         }
@@ -292,7 +298,7 @@ impl Stage {
     /// The material of a hit, the coat on it, and the hit with its normal as maps turn it; mixes decided with the mean of their weight over the carried
     /// wavelengths.
     fn choose(&self, mut hit: Hit, path: &mut Path, rng: &mut Rng) -> Met<'_> {
-        let mut coat = None;
+        let (mut coat, mut sheen) = (None, None);
         let shape = &self.scene.shapes[hit.shape];
         let mut index = shape.material;
         loop {
@@ -312,6 +318,11 @@ impl Stage {
                     index = *base;
                     continue;
                 }
+                Material::Sheen { base, color, .. } => {
+                    sheen = Some((&self.sheens[&index], color));
+                    index = *base;
+                    continue;
+                }
                 Material::Coated { base, ior, alpha } => {
                     coat = Some((ior, *alpha));
                     index = *base;
@@ -319,7 +330,7 @@ impl Stage {
                 }
                 _ => {
                     let (film, grain) = (self.scene.films.get(&index), self.scene.grains.get(&index).copied());
-                    return Met { hit, material, coat, film, grain };
+                    return Met { hit, material, coat, sheen, film, grain };
                 }
             };
             let w: Vec<f64> = path.lanes.iter().map(|l| weight.eval(l.nm, hit.uv)).collect();

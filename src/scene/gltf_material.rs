@@ -7,6 +7,7 @@ use super::load::Loader;
 use super::materials::THICKEST_FILM;
 use super::roughness::Roughness;
 use super::{Emission, Film, Grain, Interior, Material, Texture};
+use crate::bsdf::sheen::LEAST;
 use crate::color::cie;
 use crate::error::Result;
 use crate::spectrum::library::Observer;
@@ -29,7 +30,6 @@ pub(super) fn photometric(node: &Node, rgb: [f64; 3], factor: f64) -> Result<Spe
 
 /// Extensions of materials that change only how they look, not what they are: named by what is lost.
 const LOST: &[(&str, &str)] = &[
-    ("KHR_materials_sheen", "sheen"),
     ("KHR_materials_diffuse_transmission", "diffuse transmission"),
     ("KHR_materials_unlit", "\"unlit\" (such surfaces are lit like all others)"),
 ];
@@ -44,6 +44,8 @@ const SLOTS: &[&str] = &[
     "clearcoatTexture",
     "clearcoatRoughnessTexture",
     "iridescenceTexture",
+    "sheenColorTexture",
+    "sheenRoughnessTexture",
     "normalTexture",
 ];
 
@@ -83,7 +85,8 @@ impl<'n> Reader<'_, 'n, '_> {
 
     /// The textureInfo of a slot, wherever it stands.
     fn info(&self, slot: &str) -> Option<Node<'n>> {
-        let extensions = ["transmission", "specular", "clearcoat", "iridescence"].map(|name| format!("KHR_materials_{name}"));
+        let extensions =
+            ["transmission", "specular", "clearcoat", "iridescence", "sheen"].map(|name| format!("KHR_materials_{name}"));
         let places = [self.pbr.clone(), Some(self.node.clone())].into_iter().chain(extensions.map(|name| self.extension(&name)));
         places.flatten().find_map(|place| place.get(slot))
     }
@@ -146,6 +149,7 @@ impl<'n> Reader<'_, 'n, '_> {
         let transmission = self.share(transmission, "transmissionTexture", 0, None)?;
         let rough = self.roughness(self.pbr.clone(), "roughnessFactor", 1.0, "metallicRoughnessTexture")?;
         let lacquer = self.lacquer()?;
+        let sheen = self.sheen()?;
         let film = self.film()?;
         let grain = self.grain()?;
         let is = |share: &Texture, value: f64| matches!(share, Texture::Uniform(Spectrum::Constant(v)) if *v == value);
@@ -167,11 +171,15 @@ impl<'n> Reader<'_, 'n, '_> {
             }
             let paint = self.push(Material::Diffuse { reflectance: reflectance.clone() });
             let glossy = self.glossy(paint, &rough)?;
-            surface = Some(self.lacquered(paint, glossy, &lacquer));
+            let bare = self.lacquered(paint, glossy, &lacquer);
+            surface = Some(self.under_sheen(bare, &sheen));
         }
         if !is(&metallic, 1.0) && !is(&transmission, 0.0) {
             let glass = self.glass(base, &rough)?;
             let glass = self.filmed_glass(glass, &film)?;
+            if sheen.is_some() {
+                self.note("sheen on glass: ignored (KHR_materials_sheen)");
+            }
             if lacquer.is_some() {
                 self.note("clear coats on glass: ignored (KHR_materials_clearcoat)");
             }
@@ -184,6 +192,7 @@ impl<'n> Reader<'_, 'n, '_> {
                 self.loader.put_grain(metal, grain);
             }
             let metal = self.lacquered(metal, metal, &lacquer);
+            let metal = self.under_sheen(metal, &sheen);
             surface = Some(surface.map_or(metal, |under| self.mix(metal, under, metallic)));
         }
         let surface = surface.unwrap_or_else(|| self.loader.black());
@@ -237,6 +246,34 @@ impl<'n> Reader<'_, 'n, '_> {
         let Some((share, roughness)) = lacquer else { return bare };
         let coated = self.push_rough(roughness, |alpha| Material::Coated { base, ior: Ior::constant(CLEAR_COAT), alpha });
         self.mix(coated, bare, share.clone())
+    }
+
+    /// Colour and roughness of sheen; nothing where there is none.
+    fn sheen(&mut self) -> Result<Option<(Spectrum, Roughness)>> {
+        let Some(node) = self.extension("KHR_materials_sheen") else { return Ok(None) };
+        let rgb = colour(Some(&node), "sheenColorFactor", [0.0; 3])?;
+        if rgb == [0.0; 3] {
+            return Ok(None);
+        }
+        let mut color = upsample::reflectance_from_linear_srgb(rgb).map_err(|e| node.fail(e, "use another colour"))?;
+        if let Some(info) = self.info("sheenColorTexture") {
+            let one = Spectrum::Constant(1.0);
+            if let Some(picture) = self.textures.read(&info, self.uv_set, Use::Reflectance(rgb), one, None)? {
+                self.note("pictures of the colour of sheen: their mean counts (KHR_materials_sheen)");
+                color = sampled(self.loader.reader.range, |nm| picture.average(nm));
+            }
+        }
+        let roughness = factor(Some(&node), "sheenRoughnessFactor", 0.0, 1.0)?;
+        let roughness = Roughness::pictured(self.share(roughness, "sheenRoughnessTexture", 3, None)?);
+        if self.extension("KHR_materials_clearcoat").is_some() {
+            self.note("sheen under clear coats: it lies on them (KHR_materials_sheen)");
+        }
+        Ok(Some((color, roughness)))
+    }
+
+    fn under_sheen(&mut self, base: usize, sheen: &Option<(Spectrum, Roughness)>) -> usize {
+        let Some((color, roughness)) = sheen else { return base };
+        self.push_rough(roughness, |alpha| Material::Sheen { base, color: color.clone(), alpha: alpha.max(LEAST) })
     }
 
     /// The grain of brushed metal, if the material has one.

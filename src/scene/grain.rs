@@ -89,7 +89,9 @@ impl Scene {
     pub(super) fn has_grain(&self, index: usize) -> bool {
         match &self.materials[index] {
             Material::Mix { a, b, .. } => self.has_grain(*a) || self.has_grain(*b),
-            Material::NormalMapped { base, .. } | Material::Coated { base, .. } => self.has_grain(*base),
+            Material::NormalMapped { base, .. } | Material::Coated { base, .. } | Material::Sheen { base, .. } => {
+                self.has_grain(*base)
+            }
             _ => self.levels(index).any(|i| self.grains.contains_key(&i)),
         }
     }

@@ -6,6 +6,7 @@ use super::keys::MATERIALS;
 use super::load::Loader;
 use super::spectra::Place;
 use super::{Film, Interior, Material};
+use crate::bsdf::sheen::LEAST;
 use crate::error::Result;
 use crate::spectrum::{Ior, Spectrum, library};
 use std::collections::HashMap;
@@ -144,6 +145,11 @@ impl Materials {
                 note_extrapolation(loader, name, &ior);
                 let (base, roughness) = (loader.material_index(&inner.need("of")?)?, loader.roughness(&inner)?);
                 loader.rough(&roughness, |alpha| Material::Coated { base, ior: ior.clone(), alpha })
+            }
+            "sheen" => {
+                let color = loader.reader.spectrum(&inner.need("color")?, Place::Share)?;
+                let (base, roughness) = (loader.material_index(&inner.need("of")?)?, loader.roughness(&inner)?);
+                loader.rough(&roughness, |alpha| Material::Sheen { base, color: color.clone(), alpha: alpha.max(LEAST) })
             }
             "mix" => Material::Mix {
                 a: loader.material_index(&inner.need("a")?)?,
@@ -309,9 +315,26 @@ fn check_parts(materials: &[Material], index: usize, depth: usize) -> std::resul
                 Err("a coat lies on paint or metal, or on mixtures of them".into())
             }
         }
+        Material::Sheen { base, .. } => {
+            check_parts(materials, *base, depth + 1)?;
+            if wears_sheen(materials, *base) {
+                Ok(())
+            } else {
+                Err("sheen lies on paint, metal or what is coated, or on mixtures of them".into())
+            }
+        }
         Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => check_parts(materials, *base, depth + 1),
         Material::Mix { a, b, .. } => [a, b].into_iter().try_for_each(|&part| check_parts(materials, part, depth + 1)),
         _ => Ok(()),
+    }
+}
+
+fn wears_sheen(materials: &[Material], index: usize) -> bool {
+    match &materials[index] {
+        Material::Coated { .. } => true,
+        Material::Graded { first, .. } => wears_sheen(materials, *first),
+        Material::Mix { a, b, .. } => wears_sheen(materials, *a) && wears_sheen(materials, *b),
+        _ => is_coatable(materials, index),
     }
 }
 

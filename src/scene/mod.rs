@@ -45,6 +45,7 @@ pub use sensor::{Bins, FilmSettings, Filter, Sensor, WavelengthSampling};
 pub use texture::Texture;
 
 use crate::bsdf::film::Stack;
+use crate::bsdf::sheen::Sheen;
 use crate::spectrum::{Ior, Spectrum};
 use glam::{DMat3, DVec2, DVec3, DVec4};
 use std::collections::BTreeMap;
@@ -83,6 +84,13 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// The sheen of this width and colour: all of it that does not depend on wavelength.
+    pub(crate) fn sheen(&self, color: &Spectrum, alpha: f64) -> Sheen {
+        let (lo, hi) = (self.film.bins.min_nm, self.film.bins.max_nm);
+        let most = (0..=1000).map(|i| color.eval(lo + (hi - lo) * f64::from(i) / 1000.0)).fold(0.0, f64::max);
+        Sheen::new(alpha, most)
+    }
+
     /// The interior that a surface of this material encloses: its own, or that of the material whose normals or roughness vary.
     pub fn interior_of(&self, material: usize) -> Option<usize> {
         match self.materials[material] {
@@ -155,6 +163,15 @@ pub enum Material {
         /// Index of the coat.
         ior: Ior,
         /// GGX width, 0 or in [0.001, 1].
+        alpha: f64,
+    },
+    /// Sheen over another material ([`crate::bsdf::sheen`]).
+    Sheen {
+        /// Index of what is under it: diffuse, a conductor, a coated material, or mixtures of such.
+        base: usize,
+        /// Its colour, in [0, 1].
+        color: Spectrum,
+        /// Width, in [`LEAST`](crate::bsdf::sheen::LEAST) to 1.
         alpha: f64,
     },
     /// `weight` of `a` and `1 - weight` of `b`.
