@@ -9,6 +9,11 @@ use abbe::bsdf::{fresnel, ggx, phase, sample_cosine};
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;
 
+#[path = "bsdf/grain.rs"]
+mod grain;
+#[path = "bsdf/sheen.rs"]
+mod sheen;
+
 struct Random(u64);
 
 impl Random {
@@ -116,7 +121,7 @@ fn directions_are_sampled_with_the_density_that_is_claimed() {
                 let b = RoughDielectric { alpha, eta, energy: &table };
                 chi_square(&format!("dielectric {alpha} {mu} {eta}"), |w| b.pdf(wi, w), |r| b.sample(wi, r.array()).map(|s| s.0));
             }
-            let b = RoughConductor { alpha, energy: &mirror };
+            let b = RoughConductor { alpha: alpha.into(), energy: &mirror };
             chi_square(&format!("conductor {alpha} {mu}"), |w| b.pdf(wi, w), |r| b.sample(wi, r.array()).map(|s| s.wo));
         }
     }
@@ -155,7 +160,7 @@ fn rough_glass_is_reciprocal_and_rough_metal_too() {
         let (table, mirror) = (EnergyTable::dielectric(alpha), EnergyTable::conductor(alpha));
         let near = RoughDielectric { alpha, eta: n, energy: &table };
         let far = RoughDielectric { alpha, eta: 1.0 / n, energy: &table };
-        let metal = RoughConductor { alpha, energy: &mirror };
+        let metal = RoughConductor { alpha: alpha.into(), energy: &mirror };
         for _ in 0..200 {
             let (a, b) = (sample_cosine(random.array()), sample_cosine(random.array()));
             let same = |x: f64, y: f64| assert!((x - y).abs() <= 1e-9 * (x + y), "{alpha} {n}: {x} against {y}");

@@ -6,12 +6,16 @@ mod advice;
 mod geometry;
 #[path = "scene/gltf.rs"]
 mod gltf;
+#[path = "scene/grain.rs"]
+mod grain;
 #[path = "scene/instances.rs"]
 mod instances;
 #[path = "scene/malformed.rs"]
 mod malformed;
 #[path = "scene/profiles.rs"]
 mod profiles;
+#[path = "scene/sheen.rs"]
+mod sheen;
 #[path = "scene/textures.rs"]
 mod textures;
 #[path = "scene/units.rs"]

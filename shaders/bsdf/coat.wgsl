@@ -125,13 +125,13 @@ fn choose_coat(mu: f32, u: f32) -> bool {
 // pdf of sampling a visible normal and reflecting there.
 fn pdf_coat(m: Material, wo: vec3f, wi: vec3f) -> f32 {
     let h = normalize(wo + wi);
-    return select(0.0, pdf_visible_normal(wo, h, m.alpha) / (4.0 * max(dot(wo, h), 1e-10)), wo.z > 0.0 && wi.z > 0.0);
+    return select(0.0, pdf_visible_normal(wo, h, Width(m.alpha)) / (4.0 * max(dot(wo, h), 1e-10)), wo.z > 0.0 && wi.z > 0.0);
 }
 
 // Fills bsdf_f; returns the pdf.
 fn eval_coat(m: Material, wo: vec3f, wi: vec3f) -> f32 {
     let pdf = pdf_coat(m, wo, wi);
-    let single = select(0.0, pdf * shadowing(wo, wi, m.alpha), pdf > 0.0);
+    let single = select(0.0, pdf * shadowing(wo, wi, Width(m.alpha)), pdf > 0.0);
     let cos_i = max(dot(wo, normalize(wo + wi)), 0.0);
     for (var k = 0u; k < LANES4; k++) {
         bsdf_f[k] = single * fresnel_dielectric(cos_i, coat_eta[k]);

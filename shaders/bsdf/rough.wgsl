@@ -11,10 +11,44 @@ fn centred(x: f32, n: u32) -> vec2f {
 }
 
 #if ROUGH_CONDUCTOR
-// What single scattering of a perfect mirror loses, 1 - E(mu).
-fn conductor_missing(table: u32, mu: f32) -> f32 {
-    let c = centred(mu, ENERGY_MU);
-    let at = table + u32(c.x);
+#if GRAIN
+fn is_brushed(m: Material) -> bool {
+    return m.kind == MATERIAL_KIND_BRUSHED_CONDUCTOR;
+}
+#endif
+
+// Where the mean of a mirror's energy table is; behind it, for brushed metal, come its width along x and cosine and sine of the grain's rotation.
+fn conductor_mean(m: Material) -> u32 {
+#if GRAIN
+    return m.table + ENERGY_MU * select(1u, ENERGY_GRAIN, is_brushed(m));
+#else
+    return m.table + ENERGY_MU;
+#endif
+}
+
+fn conductor_width(m: Material) -> Width {
+#if GRAIN
+    if (is_brushed(m)) {
+        return vec2f(tables[conductor_mean(m) + 1u], m.alpha);
+    }
+#endif
+    return Width(m.alpha);
+}
+
+// What single scattering of a perfect mirror loses of light along `w`, 1 - E.
+fn conductor_missing(m: Material, w: vec3f) -> f32 {
+    let c = centred(w.z, ENERGY_MU);
+    let at = m.table + u32(c.x);
+#if GRAIN
+    if (is_brushed(m)) {
+        // Facets look the wider the nearer the azimuth is to x.
+        let row = abs(w.x) * inverseSqrt(max(dot(w.xy, w.xy), 1e-30)) * f32(ENERGY_GRAIN - 1u);
+        let first = min(floor(row), f32(ENERGY_GRAIN - 2u));
+        let here = at + u32(first) * ENERGY_MU;
+        let next = here + ENERGY_MU;
+        return mix(mix(tables[here], tables[here + 1u], c.y), mix(tables[next], tables[next + 1u], c.y), row - first);
+    }
+#endif
     return mix(tables[at], tables[at + 1u], c.y);
 }
 
@@ -23,8 +57,8 @@ fn pdf_rough_conductor(m: Material, wo: vec3f, wi: vec3f) -> f32 {
         return 0.0;
     }
     let h = normalize(wo + wi);
-    let visible = pdf_visible_normal(wo, h, m.alpha) / (4.0 * max(dot(wo, h), 1e-10));
-    return mix(visible, wi.z * INV_PI, conductor_missing(m.table, wo.z));
+    let visible = pdf_visible_normal(wo, h, conductor_width(m)) / (4.0 * max(dot(wo, h), 1e-10));
+    return mix(visible, wi.z * INV_PI, conductor_missing(m, wo));
 }
 
 // Fills bsdf_f; returns the pdf.
@@ -36,11 +70,12 @@ fn eval_rough_conductor(m: Material, wo: vec3f, wi: vec3f) -> f32 {
         return 0.0;
     }
     let h = normalize(wo + wi);
-    let visible = pdf_visible_normal(wo, h, m.alpha) / (4.0 * max(dot(wo, h), 1e-10));
-    let single = visible * shadowing(wo, wi, m.alpha);
-    let missing_o = conductor_missing(m.table, wo.z);
-    let missing_i = conductor_missing(m.table, wi.z);
-    let mean_missing = tables[m.table + ENERGY_MU];
+    let width = conductor_width(m);
+    let visible = pdf_visible_normal(wo, h, width) / (4.0 * max(dot(wo, h), 1e-10));
+    let single = visible * shadowing(wo, wi, width);
+    let missing_o = conductor_missing(m, wo);
+    let missing_i = conductor_missing(m, wi);
+    let mean_missing = tables[conductor_mean(m)];
     let multiple = select(0.0, missing_o * missing_i * wi.z * INV_PI / mean_missing, mean_missing > ENERGY_MIN_MEAN);
 #if COAT
     look_out_of_coat(wi.z);
@@ -59,10 +94,10 @@ fn eval_rough_conductor(m: Material, wo: vec3f, wi: vec3f) -> f32 {
 }
 
 fn sample_rough_conductor(m: Material, wo: vec3f, u_lobe: f32, u: vec2f) -> vec3f {
-    if (u_lobe < conductor_missing(m.table, wo.z)) {
+    if (u_lobe < conductor_missing(m, wo)) {
         return sample_cosine(u);
     }
-    return reflect(-wo, sample_visible_normal(wo, m.alpha, u));
+    return reflect(-wo, sample_visible_normal(wo, conductor_width(m), u));
 }
 #endif
 
@@ -109,7 +144,7 @@ fn rough_dielectric_lane(m: Material, wo: vec3f, wi: vec3f, eta: f32) -> vec2f {
             let f = fresnel_dielectric(oh, vec4f(eta)).x;
             let s = oh + eta * ih;
             let jacobian = select(eta * eta * abs(ih) / max(s * s, 1e-20), 0.25 / oh, reflects);
-            single = select(1.0 - f, f, reflects) * pdf_visible_normal(wo, h, m.alpha) * jacobian;
+            single = select(1.0 - f, f, reflects) * pdf_visible_normal(wo, h, Width(m.alpha)) * jacobian;
         }
     }
     let here = missing_energy(m.table, wo.z, eta);
@@ -125,7 +160,7 @@ fn rough_dielectric_lane(m: Material, wo: vec3f, wi: vec3f, eta: f32) -> vec2f {
     } else {
         multiple_pdf *= 0.5;
     }
-    return vec2f(single * shadowing(wo, wi, m.alpha) + multiple, mix(single, multiple_pdf, here.x));
+    return vec2f(single * shadowing(wo, wi, Width(m.alpha)) + multiple, mix(single, multiple_pdf, here.x));
 }
 
 // Fills bsdf_f; returns the pdf of the mixture over wavelengths, weighted by beta.
@@ -157,7 +192,7 @@ fn sample_rough_dielectric(m: Material, wo: vec3f, eta: f32, u_lobe: vec2f, u: v
         let w = sample_cosine(u);
         return select(vec3f(w.xy, -w.z), w, u_lobe.y < share);
     }
-    let h = sample_visible_normal(wo, m.alpha, u);
+    let h = sample_visible_normal(wo, Width(m.alpha), u);
     let oh = dot(wo, h);
     let f = fresnel_dielectric(oh, vec4f(eta)).x;
     if (u_lobe.y < f) {

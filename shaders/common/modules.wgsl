@@ -91,8 +91,14 @@ fn film_reflectance(m: Material, cos_i: f32, near: vec4f, far: vec4f, far_k: vec
 #if ROUGH
 #include "bsdf/rough.wgsl"
 #endif
+#if GRAIN
+#include "geometry/grain.wgsl"
+#endif
 #if COAT
 #include "bsdf/coat.wgsl"
+#endif
+#if SHEEN
+#include "bsdf/sheen.wgsl"
 #endif
 #if GLOSSY
 #include "bsdf/glossy.wgsl"

@@ -58,6 +58,15 @@ fn adjoint_correction(d: vec3f, w: vec3f, n: vec3f, ns: vec3f) -> f32 {
 #endif
 }
 
+// What sheen over the surface at hand leaves of what is scattered at cosine `mu`.
+fn through_sheen(mu: f32) -> f32 {
+#if SHEEN
+    return out_of_sheen(sheen, sheen_entered, mu);
+#else
+    return 1.0;
+#endif
+}
+
 #if CONNECT
 #if LIGHT_PATHS
 // The sensor, seen from `p`.
@@ -188,7 +197,7 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
     if (lit) {
         let pdf = cos_light * INV_PI;
         let v = Vertex(s.p, cos_from, cos_light, pdf, cos_from * INV_PI, false, 0.0);
-        let w = connection_weight(light, v) * pdf * adjoint_correction(ray.d, light.wi, n, ns);
+        let w = connection_weight(light, v) * pdf * adjoint_correction(ray.d, light.wi, n, ns) * through_sheen(cos_light);
 #if COAT
         look_out_of_coat(cos_light);
 #endif
@@ -211,7 +220,7 @@ fn scatter_diffuse(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ra
         beta[k] *= if_coated(coat_share[k]);
     }
 #endif
-    scale_beta(adjoint_correction(ray.d, d, n, ns));
+    scale_beta(adjoint_correction(ray.d, d, n, ns) * through_sheen(local.z));
     let survives = survives_roulette() && dot(n, d) > 0.0;
     leave_vertex(Vertex(s.p, cos_from, local.z, local.z * INV_PI, cos_from * INV_PI, false, 0.0));
     let next = next_segment(leave(s, d), d, s.primitive, s.p, local.z * INV_PI);
@@ -244,7 +253,7 @@ fn scatter_mirror(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray
         }
     }
 #endif
-    scale_beta(adjoint_correction(ray.d, d, n, ns));
+    scale_beta(adjoint_correction(ray.d, d, n, ns) * through_sheen(cos_i));
     let survives = cos_i > 0.0 && dot(d, n) > 0.0 && survives_roulette();
     return continue_or_end(next_segment(leave(s, d), d, s.primitive, s.p, -1.0), survives);
 }
@@ -252,7 +261,11 @@ fn scatter_mirror(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray
 
 #if GLOSSY
 fn scatter_glossy(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray {
+#if GRAIN
+    let frame = frame_along_grain(m, s, ns);
+#else
     let frame = frame_around(ns);
+#endif
     let wo = -ray.d * frame;
     if (wo.z <= 0.0) {
         return end_path(ray);
@@ -264,7 +277,7 @@ fn scatter_glossy(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray
         let wl = light.wi * frame;
         let pdf = eval_glossy(m, wo, wl);
         let v = Vertex(s.p, wo.z, abs(wl.z), pdf, pdf_glossy(m, wl, wo), true, 0.0);
-        let w = connection_weight(light, v) * adjoint_correction(ray.d, light.wi, n, ns);
+        let w = connection_weight(light, v) * adjoint_correction(ray.d, light.wi, n, ns) * through_sheen(wl.z);
         for (var k = 0u; k < LANES4; k++) {
             pending[k] = w * beta[k] * bsdf_f[k] * light_spectrum(light, k);
         }
@@ -279,7 +292,7 @@ fn scatter_glossy(ray: Ray, s: Surface, m: Material, n: vec3f, ns: vec3f) -> Ray
     for (var k = 0u; k < LANES4; k++) {
         beta[k] *= select(vec4f(0.0), bsdf_f[k] / pdf, pdf > 0.0);
     }
-    scale_beta(adjoint_correction(ray.d, d, n, ns));
+    scale_beta(adjoint_correction(ray.d, d, n, ns) * through_sheen(wi.z));
     let survives = survives_roulette() && dot(n, d) > 0.0;
     leave_vertex(Vertex(s.p, wo.z, abs(wi.z), pdf, pdf_glossy(m, wi, wo), true, 0.0));
     let next = next_segment(leave(s, d), d, s.primitive, s.p, pdf);
@@ -339,7 +352,12 @@ fn scatter_at_surface(ray: Ray, s: Surface, m: Material) -> Ray {
         }
 #endif
 #if ROUGH_CONDUCTOR
-        case MATERIAL_KIND_ROUGH_CONDUCTOR: {
+        case MATERIAL_KIND_ROUGH_CONDUCTOR, MATERIAL_KIND_BRUSHED_CONDUCTOR: {
+            return scatter_glossy(ray, s, m, n, ns);
+        }
+#endif
+#if SHEEN
+        case MATERIAL_KIND_SHEEN: {
             return scatter_glossy(ray, s, m, n, ns);
         }
 #endif

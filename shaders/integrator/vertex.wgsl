@@ -97,7 +97,8 @@ fn add_emission(ray: Ray, s: Surface) {
 
 // True for materials that are diffuse, or of which a part may be.
 fn scatters_diffusely(kind: u32) -> bool {
-    return kind == MATERIAL_KIND_DIFFUSE || kind == MATERIAL_KIND_MIX || kind == MATERIAL_KIND_COATED || kind == MATERIAL_KIND_GRADED;
+    return kind == MATERIAL_KIND_DIFFUSE || kind == MATERIAL_KIND_MIX || kind == MATERIAL_KIND_COATED || kind == MATERIAL_KIND_GRADED
+        || kind == MATERIAL_KIND_SHEEN;
 }
 
 #if NORMAL_MAPS
@@ -120,11 +121,25 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool) -> u
 #if COAT
     coat = NONE;
 #endif
+#if SHEEN
+    sheen = NONE;
+#endif
     for (var i = 0u; i < 12u; i++) {
         let m = material_at(index);
 #if NORMAL_MAPS
         if (m.kind == MATERIAL_KIND_NORMAL_MAPPED) {
             index = unmap_normals(index, s);
+            continue;
+        }
+#endif
+#if SHEEN
+        if (m.kind == MATERIAL_KIND_SHEEN) {
+            // As with coats.
+            if (in_shadow) {
+                break;
+            }
+            go_under_sheen(index);
+            index = m.b;
             continue;
         }
 #endif
@@ -179,8 +194,17 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool) -> u
         break;
 #endif
     }
-#if COAT
     // Behind the loop, of which every turn costs all that is in it.
+#if SHEEN
+    if (sheen != NONE && choose_sheen(min(abs(dot((*s).arrival, (*s).ns)), 1.0), next_1d())) {
+        index = sheen;
+        sheen = NONE;
+#if COAT
+        coat = NONE;
+#endif
+    }
+#endif
+#if COAT
     if (coat != NONE && choose_coat(min(abs(dot((*s).arrival, (*s).ns)), 1.0), next_1d())) {
         index = coat;
         coat = NONE;
@@ -192,7 +216,8 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool) -> u
 
 #if CONTACT
 fn is_opaque(kind: u32) -> bool {
-    return kind == MATERIAL_KIND_DIFFUSE || kind == MATERIAL_KIND_SMOOTH_CONDUCTOR || kind == MATERIAL_KIND_ROUGH_CONDUCTOR || kind == MATERIAL_KIND_COATED;
+    return kind == MATERIAL_KIND_DIFFUSE || kind == MATERIAL_KIND_SMOOTH_CONDUCTOR || kind == MATERIAL_KIND_ROUGH_CONDUCTOR || kind == MATERIAL_KIND_COATED
+        || kind == MATERIAL_KIND_BRUSHED_CONDUCTOR || kind == MATERIAL_KIND_SHEEN;
 }
 #endif
 

@@ -4,8 +4,13 @@
 //
 // A point takes 1 + POINT_STRIDE vectors: among the first ones, close together since searches go through many, its position and the next point of its
 // cell; behind all of those normal (in fog, direction of the ray) and radius; pixel, pass with depth and kind, asymmetry (on a surface the coat there plus
-// one), density of its joint to the sensor; throughput per lane.
-const POINT_STRIDE = 2u + LANES4;
+// one), density of its joint to the sensor; where there is sheen, that there and what it let in; throughput per lane.
+#if SHEEN
+const POINT_HEAD = 3u;
+#else
+const POINT_HEAD = 2u;
+#endif
+const POINT_STRIDE = POINT_HEAD + LANES4;
 const FOG_POINT = 0x80000000u;
 // Bits 0-7: pass, 8-15: lane of a path of one wavelength, else 255; 16-30: depth.
 
@@ -40,10 +45,13 @@ fn leave_point(p: vec3f, n: vec3f, radius: f32, kind: u32, g: f32) {
     points[at] = vec4f(n, radius);
     let about = kind | min(path.depth, 0x7fffu) << 16u | min(path.lane, 255u) << 8u | pass_index;
     points[at + 1u] = vec4f(bitcast<f32>(sampled_pixel), bitcast<f32>(about), g, path.joins / f32(params.light_paths));
+#if SHEEN
+    points[at + 2u] = vec4f(bitcast<f32>(select(sheen, NONE, kind == FOG_POINT)), sheen_entered, 0.0, 0.0);
+#endif
 }
 
 fn store_throughput(k: u32, throughput: vec4f) {
-    points[rest_of_point(point_slot) + 2u + k] = throughput;
+    points[rest_of_point(point_slot) + POINT_HEAD + k] = throughput;
 }
 #else
 @group(0) @binding(16) var<storage, read> points: array<vec4f>;
@@ -108,6 +116,10 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
             // Another surface, or its other side.
             continue;
         }
+#if SHEEN
+        let over = points[at + 2u];
+        factor *= out_of_sheen(bitcast<u32>(over.x), over.y, min(abs(dot(sides.xyz, ray.d)), 1.0));
+#endif
         let measure = gather_measure(camera, radius);
         let gathered = path.emission * safe_ratio(measure * camera.cos_from, camera.reverse);
         let others = camera_density_at(camera, number) + path.emission * pixel_about.w;
@@ -120,7 +132,7 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         let kernel = select(measure, measure / v.extinction, in_fog);
         let w = factor / (kernel * (1.0 + safe_ratio(others, gathered)));
         for (var k = 0u; k < LANES4; k++) {
-            pending[k] = w * beta[k] * points[at + 2u + k];
+            pending[k] = w * beta[k] * points[at + POINT_HEAD + k];
 #if COAT
             pending[k] *= select(coat_share[k], vec4f(1.0), over_point == NONE);
 #endif

@@ -3,7 +3,8 @@
 
 use super::energy::{EnergyTable, MIN_MEAN};
 use super::fresnel::{self, Metal};
-use super::{ggx, sample_cosine};
+use super::ggx::{self, Width};
+use super::sample_cosine;
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -11,7 +12,7 @@ use std::f64::consts::PI;
 #[derive(Debug, Clone, Copy)]
 pub struct RoughConductor<'a> {
     /// GGX width.
-    pub alpha: f64,
+    pub alpha: Width,
     /// The mirror's table of `alpha`.
     pub energy: &'a EnergyTable,
 }
@@ -38,7 +39,7 @@ pub enum Lobe {
 
 impl RoughConductor<'_> {
     fn share_lost(&self, wi: DVec3) -> f64 {
-        if self.energy.mean_at(1.0) < MIN_MEAN { 0.0 } else { self.energy.missing_at(wi.z, 1.0) }
+        if self.energy.mean_at(1.0) < MIN_MEAN { 0.0 } else { self.energy.missing_towards(wi) }
     }
 
     /// Density of the scattered particle per solid angle of `wo`, for a metal of this [`reflectance`](Self::reflectance).
@@ -50,7 +51,7 @@ impl RoughConductor<'_> {
         let single = ggx::d(self.alpha, m) * ggx::g2(self.alpha, wi, wo) / (4.0 * wi.z);
         let lost = self.share_lost(wi);
         let multiple =
-            if lost > 0.0 { lost * self.energy.missing_at(wo.z, 1.0) / self.energy.mean_at(1.0) * wo.z / PI } else { 0.0 };
+            if lost > 0.0 { lost * self.energy.missing_towards(wo) / self.energy.mean_at(1.0) * wo.z / PI } else { 0.0 };
         single * reflectance(Lobe::Single(wi.dot(m))) + multiple * reflectance(Lobe::Multiple)
     }
 
@@ -72,7 +73,7 @@ impl RoughConductor<'_> {
         let lost = self.share_lost(wi);
         if u[2] < lost {
             let wo = sample_cosine([u[0], u[1]]);
-            let weight = self.energy.missing_at(wo.z, 1.0) / self.energy.mean_at(1.0);
+            let weight = self.energy.missing_towards(wo) / self.energy.mean_at(1.0);
             return Some(ConductorSample { wo, weight, lobe: Lobe::Multiple });
         }
         let m = ggx::sample_vndf(self.alpha, wi, [u[0], u[1]]);

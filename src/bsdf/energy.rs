@@ -3,25 +3,30 @@
 //! With `E(mu)` the single-scatter albedo, the tables hold `m(mu) = 1 - E(mu)` and `M = 2 int m mu dmu`. A lobe proportional to
 //! `m(mu_i) m(mu_o) / M` (Kulla & Conty 2017, sec. "Multiple scattering") gives back exactly what is missing, and is reciprocal.
 
-use super::{fresnel, ggx};
-use glam::{DVec3, dvec3};
+use super::fresnel;
+use super::ggx::{self, Width};
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::f64::consts::PI;
 
 /// Nodes in the cosine, at `(j + 0.5) / MU_NODES`.
 pub const MU_NODES: usize = 32;
 /// Nodes in the relative index, log-spaced over `[1 / ETA_MAX, ETA_MAX]`, ends included.
 pub const ETA_NODES: usize = 64;
+/// Nodes in the cosine of the azimuth of rough metal with a grain, even from 0 (along y) to 1 (along x).
+pub const GRAIN_NODES: usize = 16;
 /// Greatest relative index of the tables; beyond it they are clamped.
 pub const ETA_MAX: f64 = 3.0;
 /// Below this mean loss there is no compensating lobe.
 pub const MIN_MEAN: f64 = 1e-7;
 
-/// Loss of one GGX roughness: of a dielectric over cosine and relative index, or of a perfect mirror over the cosine.
+/// Loss of one GGX roughness: of a dielectric over cosine and relative index, or of a perfect mirror over the cosine and, where that matters, azimuth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EnergyTable {
-    /// `m = 1 - E`, each the mean over the cell of cosines around its node, `[eta][mu]` with `MU_NODES` to a row; one row for a mirror.
+    /// `m = 1 - E`, each the mean over the cell of cosines around its node, `[eta][mu]` with `MU_NODES` to a row; one row for a mirror,
+    /// or with a grain `[azimuth][mu]`.
     pub missing: Vec<f64>,
-    /// `M = 2 int m mu dmu` of the interpolated row, per row.
+    /// `M = 2 int m mu dmu` of the interpolated row, per row; of a mirror with a grain the mean over all azimuths.
     pub mean: Vec<f64>,
 }
 
@@ -48,8 +53,22 @@ impl EnergyTable {
 
     /// The table of a mirror (Fresnel reflectance 1) with GGX width `alpha`.
     pub fn conductor(alpha: f64) -> Self {
-        let missing = (0..MU_NODES).map(|j| 1.0 - mean_over_facets(alpha, j, |wi, m| reflected_share(alpha, wi, m)));
-        Self::with_means(missing.collect())
+        let reflected = |j| mean_over_facets(alpha.into(), DVec2::X, j, |wi, m| reflected_share(alpha, wi, m));
+        Self::with_means((0..MU_NODES).map(|j| 1.0 - reflected(j)).collect())
+    }
+
+    /// Likewise with widths that differ along x and y. Losses grow with the cosine of the azimuth, which is what makes facets look wide.
+    pub fn brushed(width: Width) -> Self {
+        let row = |a: usize| {
+            let x = a as f64 / (GRAIN_NODES - 1) as f64;
+            let y = ((1.0 - x) * (1.0 + x)).sqrt();
+            // Facets on one side of the plane of incidence are those on the other, mirrored.
+            let reflected = |y, j| mean_over_facets(width, DVec2::new(x, y), j, |wi, m| reflected_share(width, wi, m));
+            Self::with_means((0..MU_NODES).map(|j| 1.0 - 0.5 * (reflected(y, j) + reflected(-y, j))).collect())
+        };
+        let rows: Vec<Self> = (0..GRAIN_NODES).into_par_iter().map(row).collect();
+        let mean = rows.iter().enumerate().map(|(a, row)| share_of_azimuth(a) * row.mean[0]).sum();
+        Self { missing: rows.into_iter().flat_map(|row| row.missing).collect(), mean: vec![mean] }
     }
 
     fn with_means(mut missing: Vec<f64>) -> Self {
@@ -61,11 +80,17 @@ impl EnergyTable {
     /// `m(mu)` at relative index `eta` (any number for a mirror): bilinear, clamped at the ends.
     pub fn missing_at(&self, mu: f64, eta: f64) -> f64 {
         let (e0, e1, te) = self.row(eta);
-        let x = (mu * MU_NODES as f64 - 0.5).clamp(0.0, (MU_NODES - 1) as f64);
-        let j = (x as usize).min(MU_NODES - 2);
-        let t = x - j as f64;
-        let at = |e: usize| self.missing[e * MU_NODES + j] * (1.0 - t) + self.missing[e * MU_NODES + j + 1] * t;
+        let at = |e: usize| in_row(&self.missing[e * MU_NODES..][..MU_NODES], mu);
         at(e0) * (1.0 - te) + at(e1) * te
+    }
+
+    /// `m` of a mirror, with or without a grain, for light along `w`.
+    pub fn missing_towards(&self, w: DVec3) -> f64 {
+        let rows: Vec<&[f64]> = self.missing.chunks(MU_NODES).collect();
+        let x = w.x.abs() / w.x.hypot(w.y).max(f64::MIN_POSITIVE) * (rows.len() - 1) as f64;
+        let a = (x as usize).min(rows.len().saturating_sub(2));
+        let here = in_row(rows[a], w.z);
+        rows.get(a + 1).map_or(here, |next| here + (in_row(next, w.z) - here) * (x - a as f64))
     }
 
     /// `M` at relative index `eta`: the integral of [`missing_at`](Self::missing_at), exactly.
@@ -85,6 +110,28 @@ impl EnergyTable {
     }
 }
 
+/// A row at cosine `mu`: linear, clamped at the ends.
+fn in_row(row: &[f64], mu: f64) -> f64 {
+    let x = (mu * MU_NODES as f64 - 0.5).clamp(0.0, (MU_NODES - 1) as f64);
+    let j = (x as usize).min(MU_NODES - 2);
+    let t = x - j as f64;
+    row[j] * (1.0 - t) + row[j + 1] * t
+}
+
+/// The mean over all azimuths of what is 1 at node `a` of their cosine and falls linearly to 0 at its neighbours.
+fn share_of_azimuth(a: usize) -> f64 {
+    let steps = (GRAIN_NODES - 1) as f64;
+    // int (x - b) / (end - b) dphi with x = cos phi, between a neighbour b and the node.
+    let towards = |b: f64, end: f64| {
+        let (from, to) = (b.min(end).acos(), b.max(end).acos());
+        ((from.sin() - to.sin()) - b * (from - to)) / (end - b)
+    };
+    let at = |i: usize| i as f64 / steps;
+    let below = if a > 0 { towards(at(a - 1), at(a)) } else { 0.0 };
+    let above = if a + 1 < GRAIN_NODES { towards(at(a + 1), at(a)) } else { 0.0 };
+    (below + above) / (0.5 * PI)
+}
+
 /// The cosine of node `j`.
 pub fn node_mu(j: usize) -> f64 {
     (j as f64 + 0.5) / MU_NODES as f64
@@ -95,27 +142,27 @@ pub fn node_eta(e: usize) -> f64 {
     ETA_MAX.powf(2.0 * e as f64 / (ETA_NODES - 1) as f64 - 1.0)
 }
 
-fn direction(mu: f64) -> DVec3 {
-    dvec3(((1.0 - mu) * (1.0 + mu)).sqrt(), 0.0, mu)
+fn direction(mu: f64, azimuth: DVec2) -> DVec3 {
+    (azimuth * ((1.0 - mu) * (1.0 + mu)).sqrt()).extend(mu)
 }
 
 /// The mean of `f(wi, m)` over the cell of cosines around node `j`, by projected solid angle, and over the facets `m` seen from each: the
-/// midpoint rule in the sampling square, symmetric about the plane of incidence. Near the critical angle the loss has a peak narrower than
+/// midpoint rule in one half of the sampling square, symmetric about the plane of x and z. Near the critical angle the loss has a peak narrower than
 /// a cell; its mean over the cell keeps its energy, where its value at the node would not.
-fn mean_over_facets(alpha: f64, j: usize, mut f: impl FnMut(DVec3, DVec3) -> f64) -> f64 {
+fn mean_over_facets(width: Width, azimuth: DVec2, j: usize, mut f: impl FnMut(DVec3, DVec3) -> f64) -> f64 {
     let mut sum = 0.0;
     for c in 0..COSINES {
         // Equal steps of mu^2 are equal projected solid angles.
         let (lo, hi) = ((j * j) as f64, ((j + 1) * (j + 1)) as f64);
         let mu = (lo + (hi - lo) * (c as f64 + 0.5) / COSINES as f64).sqrt() / MU_NODES as f64;
-        let wi = direction(mu);
+        let wi = direction(mu, azimuth);
         // Each cosine has its own displacement of the grid, so that together they make a finer one.
         let shift = (c as f64 + 0.5) / COSINES as f64;
         for a in 0..AZIMUTHS {
             for h in 0..HEIGHTS {
                 let across = (shift * 3.0).fract();
                 let u = [0.5 * (a as f64 + across) / AZIMUTHS as f64, (h as f64 + shift) / HEIGHTS as f64];
-                sum += f(wi, ggx::sample_vndf(alpha, wi, u));
+                sum += f(wi, ggx::sample_vndf(width, wi, u));
             }
         }
     }
@@ -123,7 +170,8 @@ fn mean_over_facets(alpha: f64, j: usize, mut f: impl FnMut(DVec3, DVec3) -> f64
 }
 
 /// `G2 / G1` of the reflection at `m`, 0 if it goes below the surface.
-fn reflected_share(alpha: f64, wi: DVec3, m: DVec3) -> f64 {
+fn reflected_share(alpha: impl Into<Width>, wi: DVec3, m: DVec3) -> f64 {
+    let alpha = alpha.into();
     let wo = fresnel::reflect(wi, m);
     if wo.z > 0.0 { ggx::g2(alpha, wi, wo) / ggx::g1(alpha, wi) } else { 0.0 }
 }
@@ -137,7 +185,7 @@ fn interface(alpha: f64, transmits: bool) -> Vec<f64> {
 /// The same over all eta nodes around cosine node `j`: the facets are the same for all.
 fn interface_column(alpha: f64, transmits: bool, j: usize) -> Vec<f64> {
     let mut albedo = vec![0.0; ETA_NODES];
-    mean_over_facets(alpha, j, |wi, m| {
+    mean_over_facets(alpha.into(), DVec2::X, j, |wi, m| {
         let inv_g1 = 1.0 / ggx::g1(alpha, wi);
         let reflected = reflected_share(alpha, wi, m);
         for (e, sum) in albedo.iter_mut().enumerate() {

@@ -14,6 +14,7 @@ pub mod film;
 pub mod fresnel;
 pub mod ggx;
 pub mod phase;
+pub mod sheen;
 
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;

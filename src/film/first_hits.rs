@@ -85,9 +85,10 @@ fn parts(scene: &Scene, material: &Material, nm: f64) -> [f64; 2] {
             std::array::from_fn(|i| w * a[i] + (1.0 - w) * b[i])
         }
         Material::ColoredConductor { reflectance, .. } => [reflectance.average(nm), 1.0],
-        Material::NormalMapped { base, .. } | Material::Coated { base, .. } | Material::Graded { first: base, .. } => {
-            parts(scene, &scene.materials[*base], nm)
-        }
+        Material::NormalMapped { base, .. }
+        | Material::Coated { base, .. }
+        | Material::Sheen { base, .. }
+        | Material::Graded { first: base, .. } => parts(scene, &scene.materials[*base], nm),
         Material::Boundary { .. } => [0.0, 0.0],
     }
 }

@@ -95,6 +95,10 @@ shared_constants! {
     MATERIAL_KIND_COATED = 9;
     /// `a`, `texture`: roughness; `b`: the material of level 0; `c`: the first level and, from bit 16 on, the last.
     MATERIAL_KIND_GRADED = 10;
+    /// As a rough conductor, with a grain; after its energy table come the width along x and cosine and sine of the grain's rotation.
+    MATERIAL_KIND_BRUSHED_CONDUCTOR = 11;
+    /// `a`: row of its colour; `b`: the material under it; `table`.
+    MATERIAL_KIND_SHEEN = 12;
     /// Kinds of lights. `p0`, `p1`, `p2`: vertices; `p0.w`: the picture that it shows, or NO_INDEX.
     LIGHT_KIND_TRIANGLE = 0;
     /// `p0`: centre; `p2.x`: radius.

@@ -15,7 +15,7 @@ pub(super) struct Primitives {
     pub nodes: Vec<[u32; 20]>,
     /// Three vec4s per primitive. Triangle: vertices; else position, axis, (radius, length, 0). The w's: kind and material, light, first normal.
     pub primitives: Vec<Vec4>,
-    /// Three shading normals per triangle of a smooth mesh.
+    /// Three shading normals per triangle of a smooth mesh, and then three tangents if the mesh has them (w of the first normal is 1, else 0).
     pub normals: Vec<Vec4>,
     /// Position in the buffers of the primitive numbered in the scene's order, an instance being one of them.
     pub place: Vec<u32>,
@@ -32,12 +32,19 @@ struct Primitive {
     light: u32,
     rows: [Vec3; 3],
     normals: Option<[Vec3; 3]>,
+    tangents: Option<[Vec4; 3]>,
 }
 
 impl Primitive {
     fn triangle(mesh: &Mesh, t: usize, local: impl Fn(DVec3) -> Vec3, material: usize, light: u32) -> Self {
-        let normals = (!mesh.normals.is_empty()).then(|| mesh.triangles[t].map(|i| mesh.normals[i as usize].as_vec3()));
-        Primitive { kind: layout::PRIMITIVE_TRIANGLE, material, light, rows: corners(mesh, t).map(local), normals }
+        let (corners, at) = (corners(mesh, t), mesh.triangles[t].map(|i| i as usize));
+        let tangents = (!mesh.tangents.is_empty()).then(|| at.map(|i| mesh.tangents[i].as_vec4()));
+        let normals = match mesh.normals.as_slice() {
+            // What has tangents has normals.
+            [] => tangents.map(|_| [(corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize().as_vec3(); 3]),
+            normals => Some(at.map(|i| normals[i].as_vec3())),
+        };
+        Primitive { kind: layout::PRIMITIVE_TRIANGLE, material, light, rows: corners.map(local), normals, tangents }
     }
 
     fn bounds(&self) -> (Vec3, Vec3) {
@@ -64,7 +71,8 @@ pub(super) fn build(scene: &Scene, bounds: Bounds, origin: DVec3, light_of: &[u3
     for shape in &scene.shapes {
         let light = |at: usize| light_of.get(at).copied().unwrap_or(NO_INDEX);
         let material = shape.material;
-        let mut add = |kind, rows| all.push(Primitive { kind, material, light: light(all.len()), rows, normals: None });
+        let mut add =
+            |kind, rows| all.push(Primitive { kind, material, light: light(all.len()), rows, normals: None, tangents: None });
         match &shape.geometry {
             Geometry::Mesh(mesh) => {
                 for t in 0..mesh.triangles.len() {
@@ -126,7 +134,9 @@ impl Primitives {
             let p = &all[index as usize];
             place[index as usize] = first + at as u32;
             let first_normal = p.normals.map_or(NO_INDEX, |_| self.normals.len() as u32);
-            self.normals.extend(p.normals.into_iter().flatten().map(|n| n.extend(0.0)));
+            let are_followed = f32::from(u8::from(p.tangents.is_some()));
+            self.normals.extend(p.normals.into_iter().flatten().map(|n| n.extend(are_followed)));
+            self.normals.extend(p.tangents.into_iter().flatten());
             let words = [p.kind << 29 | p.material as u32, p.light, first_normal];
             self.primitives.extend(p.rows.iter().zip(words).map(|(r, w)| r.extend(f32::from_bits(w))));
         }

@@ -205,24 +205,60 @@ fn interior_index(interior: Option<usize>) -> u32 {
 #[derive(Default)]
 struct Tables {
     entries: Vec<f32>,
-    /// Who made it, of which width, and its first entry.
-    made: Vec<(MakeTable, f64, u32)>,
+    /// What was made already, and its first entry.
+    made: Vec<(Table, u32)>,
 }
 
-/// Of a GGX width.
-type MakeTable = fn(f64) -> EnergyTable;
+/// A table, of a GGX width.
+#[derive(Clone, Copy, PartialEq)]
+enum Table {
+    Dielectric(f64),
+    Coat(f64),
+    Conductor(f64),
+    /// And of a grain.
+    Brushed(f64, scene::Grain),
+}
+
+impl Table {
+    fn entries(self) -> Vec<f64> {
+        let flat = |table: EnergyTable| [table.missing, table.mean].concat();
+        match self {
+            Table::Dielectric(alpha) => flat(EnergyTable::dielectric(alpha)),
+            Table::Coat(alpha) => flat(EnergyTable::coat(alpha)),
+            Table::Conductor(alpha) => flat(EnergyTable::conductor(alpha)),
+            Table::Brushed(alpha, grain) => {
+                let (width, (sin, cos)) = (grain.width(alpha), grain.rotation.sin_cos());
+                [flat(EnergyTable::brushed(width)), vec![width.x, cos, sin]].concat()
+            }
+        }
+    }
+}
 
 impl Tables {
-    /// The first entry of the table that `make` makes of `alpha`, once.
-    fn add(&mut self, make: MakeTable, alpha: f64) -> u32 {
-        if let Some((.., at)) = self.made.iter().find(|(m, a, _)| std::ptr::fn_addr_eq(*m, make) && *a == alpha) {
+    /// The first entry of this table, which is made once.
+    fn add(&mut self, table: Table) -> u32 {
+        if let Some((_, at)) = self.made.iter().find(|(made, _)| *made == table) {
             return *at;
         }
-        let at = self.entries.len() as u32;
-        let table = make(alpha);
-        self.entries.extend(table.missing.iter().chain(&table.mean).map(|&x| x as f32));
-        self.made.push((make, alpha, at));
+        let at = self.append(&table.entries());
+        self.made.push((table, at));
         at
+    }
+
+    fn append(&mut self, entries: &[f64]) -> u32 {
+        let at = self.entries.len() as u32;
+        self.entries.extend(entries.iter().map(|&x| x as f32));
+        at
+    }
+
+    /// `metal` with its kind, width and table.
+    fn of_metal(&mut self, metal: Material, alpha: f64, grain: Option<&scene::Grain>) -> Material {
+        let (kind, table) = match grain {
+            _ if alpha == 0.0 => return Material { kind: layout::MATERIAL_KIND_SMOOTH_CONDUCTOR, ..metal },
+            Some(grain) => (layout::MATERIAL_KIND_BRUSHED_CONDUCTOR, Table::Brushed(alpha, *grain)),
+            None => (layout::MATERIAL_KIND_ROUGH_CONDUCTOR, Table::Conductor(alpha)),
+        };
+        Material { kind, alpha: alpha as f32, table: self.add(table), ..metal }
     }
 }
 
@@ -231,7 +267,8 @@ fn materials(scene: &Scene, rows: &mut Rows, textures: &mut Textures, tables: &m
     scene
         .materials
         .iter()
-        .map(|m| match m {
+        .enumerate()
+        .map(|(index, m)| match m {
             scene::Material::Diffuse { reflectance } => {
                 let (a, texture) = textures.add(reflectance, rows);
                 Material { kind: layout::MATERIAL_KIND_DIFFUSE, a, texture, ..none }
@@ -243,7 +280,7 @@ fn materials(scene: &Scene, rows: &mut Rows, textures: &mut Textures, tables: &m
                 kind: layout::MATERIAL_KIND_ROUGH_DIELECTRIC,
                 interior: *interior as u32,
                 alpha: *alpha as f32,
-                table: tables.add(EnergyTable::dielectric, *alpha),
+                table: tables.add(Table::Dielectric(*alpha)),
                 ..none
             },
             scene::Material::ThinDielectric { ior } => {
@@ -251,26 +288,11 @@ fn materials(scene: &Scene, rows: &mut Rows, textures: &mut Textures, tables: &m
             }
             scene::Material::Conductor { eta, k, alpha } => {
                 let (a, b) = (rows.spectrum(eta), rows.spectrum(k));
-                if *alpha == 0.0 {
-                    return Material { kind: layout::MATERIAL_KIND_SMOOTH_CONDUCTOR, a, b, ..none };
-                }
-                Material {
-                    kind: layout::MATERIAL_KIND_ROUGH_CONDUCTOR,
-                    a,
-                    b,
-                    alpha: *alpha as f32,
-                    table: tables.add(EnergyTable::conductor, *alpha),
-                    ..none
-                }
+                tables.of_metal(Material { a, b, ..none }, *alpha, scene.grains.get(&index))
             }
             scene::Material::ColoredConductor { reflectance, alpha } => {
                 let (a, texture) = textures.add(reflectance, rows);
-                let metal = Material { a, texture, b: NO_INDEX, alpha: *alpha as f32, ..none };
-                if *alpha == 0.0 {
-                    return Material { kind: layout::MATERIAL_KIND_SMOOTH_CONDUCTOR, ..metal };
-                }
-                let table = tables.add(EnergyTable::conductor, *alpha);
-                Material { kind: layout::MATERIAL_KIND_ROUGH_CONDUCTOR, table, ..metal }
+                tables.of_metal(Material { a, texture, b: NO_INDEX, ..none }, *alpha, scene.grains.get(&index))
             }
             scene::Material::Graded { first, levels, roughness } => {
                 let (a, texture) = textures.add(roughness, rows);
@@ -285,7 +307,14 @@ fn materials(scene: &Scene, rows: &mut Rows, textures: &mut Textures, tables: &m
                 a: rows.add(SpectrumRow::Ior(ior.clone())),
                 b: *base as u32,
                 alpha: *alpha as f32,
-                table: tables.add(EnergyTable::coat, *alpha),
+                table: tables.add(Table::Coat(*alpha)),
+                ..none
+            },
+            scene::Material::Sheen { base, color, alpha } => Material {
+                kind: layout::MATERIAL_KIND_SHEEN,
+                a: rows.spectrum(color),
+                b: *base as u32,
+                table: tables.append(&scene.sheen(color, *alpha).entries()),
                 ..none
             },
             scene::Material::Mix { a, b, weight } => {

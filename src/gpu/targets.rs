@@ -39,9 +39,10 @@ fn bends(scene: &Scene, material: usize) -> bool {
         Material::Dielectric { .. } | Material::ThinDielectric { .. } => true,
         Material::Conductor { .. } | Material::ColoredConductor { .. } => true,
         // A coat bends but little of the light that meets it.
-        Material::NormalMapped { base, .. } | Material::Coated { base, .. } | Material::Graded { first: base, .. } => {
-            bends(scene, *base)
-        }
+        Material::NormalMapped { base, .. }
+        | Material::Coated { base, .. }
+        | Material::Sheen { base, .. }
+        | Material::Graded { first: base, .. } => bends(scene, *base),
         Material::Mix { a, b, .. } => bends(scene, *a) || bends(scene, *b),
         Material::Diffuse { .. } | Material::Boundary { .. } => false,
     }

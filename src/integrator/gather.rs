@@ -60,9 +60,9 @@ impl Gather {
     }
 }
 
-/// Bytes of a point: three vectors and its throughput.
+/// Bytes of a point: three vectors, one more where there is sheen, and its throughput.
 pub(super) fn point_bytes(plan: &Plan) -> u64 {
-    u64::from(3 + plan.lanes.div_ceil(4)) * 16
+    u64::from(3 + u32::from(plan.has("SHEEN")) + plan.lanes.div_ceil(4)) * 16
 }
 
 /// Camera paths longer than this are gathered within the radius of this length: cells fit the largest radius, so that it should not be much larger than

@@ -2,7 +2,7 @@
 
 use crate::geometry::{Bounds, bounds};
 use crate::gpu::light_tree_pays;
-use crate::scene::{Filter, Geometry, Light, Material, Scene, Sensor, Shape};
+use crate::scene::{Filter, Geometry, Light, Material, Mesh, Scene, Sensor, Shape};
 use crate::spectrum::Ior;
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -67,6 +67,7 @@ impl Plan {
         let smooth_coat = any(&|m| matches!(m, Material::Coated { alpha, .. } if *alpha == 0.0));
         let rough_coat = any(&|m| matches!(m, Material::Coated { alpha, .. } if *alpha > 0.0));
         let coat = smooth_coat || rough_coat;
+        let sheen = any(&|m| matches!(m, Material::Sheen { .. }));
         let boundary = any(&|m| matches!(m, Material::Boundary { .. }));
         let dielectric = smooth_dielectric || rough_dielectric;
         let inner = volumes(scene, &used);
@@ -100,6 +101,7 @@ impl Plan {
         });
         let graded = any(&|m| matches!(m, Material::Graded { .. }));
         let normal_maps = any(&|m| matches!(m, Material::NormalMapped { .. }));
+        let has_normals = |mesh: &Mesh| !mesh.normals.is_empty() || !mesh.tangents.is_empty();
         let lanes = super::Wavelengths::lanes(scene.film.bins.count);
         let features = BTreeMap::from([
             ("QUADRICS", shape(&|g| !matches!(g, Geometry::Mesh(_) | Geometry::Instance(_)))),
@@ -107,8 +109,8 @@ impl Plan {
             (
                 "SMOOTH_NORMALS",
                 shape(&|g| match g {
-                    Geometry::Mesh(mesh) => !mesh.normals.is_empty(),
-                    Geometry::Instance(instance) => !instance.mesh().normals.is_empty(),
+                    Geometry::Mesh(mesh) => has_normals(mesh),
+                    Geometry::Instance(instance) => has_normals(instance.mesh()),
                     _ => false,
                 }),
             ),
@@ -123,17 +125,19 @@ impl Plan {
             ("COAT", coat),
             ("SMOOTH_COAT", smooth_coat),
             ("ROUGH_COAT", rough_coat),
-            ("GLOSSY", rough_conductor || rough_coat),
-            ("ROUGH", rough_dielectric || rough_conductor || coat),
+            ("GLOSSY", rough_conductor || rough_coat || sheen),
+            ("ROUGH", rough_dielectric || rough_conductor || coat || sheen),
             ("FRESNEL", dielectric || thin || conductor || coat),
             ("TEXTURES", textured || textured_lights || normal_maps),
             ("NORMAL_MAPS", normal_maps),
             ("LIGHT_TEXTURES", textured_lights),
             ("FILM", used.iter().any(|m| scene.films.contains_key(m))),
+            ("GRAIN", used.iter().any(|m| scene.grains.contains_key(m))),
+            ("SHEEN", sheen),
             ("COLORED_CONDUCTOR", any(&|m| matches!(m, Material::ColoredConductor { .. }))),
             ("GRADED", graded),
             ("MIX", any(&|m| matches!(m, Material::Mix { .. }))),
-            ("COMPOSITE", coat || graded || any(&|m| matches!(m, Material::Mix { .. } | Material::NormalMapped { .. }))),
+            ("COMPOSITE", coat || sheen || graded || any(&|m| matches!(m, Material::Mix { .. } | Material::NormalMapped { .. }))),
             ("BOUNDARY", boundary),
             ("DISPERSION", dispersion),
             ("INTERIORS", interiors),
@@ -167,7 +171,7 @@ impl Plan {
         let camera = matches!(scene.sensor, Sensor::Perspective { .. } | Sensor::Orthographic { .. });
         let bends = dielectric || conductor || thin || coat;
         let gathers = diffuse || scattering;
-        let scatters = gathers || rough_dielectric || rough_conductor || rough_coat;
+        let scatters = gathers || rough_dielectric || rough_conductor || rough_coat || sheen;
         // Fog in the light of spots and beams is lit where few camera paths are.
         let shafts = scattering && light(&|l| matches!(l, Light::Spot { .. } | Light::Profile { .. } | Light::Beam { .. }));
         let caustics = lights && (bends || shafts) && (scatters || !camera);
@@ -253,10 +257,11 @@ impl Plan {
     /// WGSL constants of the plan.
     pub fn constants(&self) -> String {
         use super::guide::{AXES, BLOCKS, ROOT};
-        use crate::bsdf::energy::{ETA_MAX, ETA_NODES, MIN_MEAN, MU_NODES};
+        use crate::bsdf::energy::{ETA_MAX, ETA_NODES, GRAIN_NODES, MIN_MEAN, MU_NODES};
+        use crate::bsdf::sheen::NODES as SHEEN_NODES;
         use crate::scene::roughness::STEPS;
         format!(
-            "const GUIDE_AXES = {AXES}u;\nconst GUIDE_BLOCKS = {BLOCKS}u;\nconst GUIDE_ROOT = {ROOT}u;\nconst LANES = {}u;\nconst LANES4 = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\n\
+            "const GUIDE_AXES = {AXES}u;\nconst GUIDE_BLOCKS = {BLOCKS}u;\nconst GUIDE_ROOT = {ROOT}u;\nconst LANES = {}u;\nconst LANES4 = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\nconst ENERGY_GRAIN = {GRAIN_NODES}u;\nconst ENERGY_SHEEN = {SHEEN_NODES}u;\n\
              const ENERGY_ETA_MAX = {ETA_MAX:?};\nconst ENERGY_MIN_MEAN = {MIN_MEAN:?};\nconst ROUGHNESS_STEPS = {STEPS}u;\n",
             self.lanes,
             self.lanes.div_ceil(4),
@@ -275,7 +280,9 @@ fn used_materials(scene: &Scene) -> Vec<usize> {
             used.push(m);
             match scene.materials[m] {
                 Material::Mix { a, b, .. } => todo.extend([a, b]),
-                Material::NormalMapped { base, .. } | Material::Coated { base, .. } => todo.push(base),
+                Material::NormalMapped { base, .. } | Material::Coated { base, .. } | Material::Sheen { base, .. } => {
+                    todo.push(base)
+                }
                 Material::Graded { first, ref levels, .. } => todo.extend(first..first + levels.len()),
                 _ => {}
             }
@@ -381,7 +388,9 @@ impl fmt::Display for Plan {
                     ("THIN_DIELECTRIC", "thin panes"),
                     ("SMOOTH_CONDUCTOR", "mirrors"),
                     ("ROUGH_CONDUCTOR", "rough metal"),
+                    ("GRAIN", "brushed metal"),
                     ("COAT", "clear coats"),
+                    ("SHEEN", "sheen"),
                     ("FILM", "thin films"),
                     ("GRADED", "roughness that varies"),
                     ("MIX", "mixtures"),

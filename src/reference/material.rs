@@ -9,7 +9,9 @@ use crate::bsdf::dielectric::RoughDielectric;
 use crate::bsdf::energy::EnergyTable;
 use crate::bsdf::film::Stack;
 use crate::bsdf::fresnel::{self, Metal};
+use crate::bsdf::ggx::Width;
 use crate::bsdf::sample_cosine;
+use crate::bsdf::sheen::Sheen;
 use crate::scene::{Material, Scene};
 use glam::{DMat3, DVec2, DVec3, dvec3};
 use std::f64::consts::PI;
@@ -28,11 +30,22 @@ pub(super) enum Bsdf<'a> {
     /// Reflectance.
     Diffuse(Vec<f64>),
     /// Metal.
-    Conductor { metal: Vec<Metal>, alpha: f64, energy: Option<&'a EnergyTable> },
+    Conductor { metal: Vec<Metal>, width: Width, energy: Option<&'a EnergyTable> },
     /// Far index over near index, and the film between, if there is one.
     Dielectric { eta: Vec<f64>, film: Vec<Stack>, alpha: f64, energy: Option<&'a EnergyTable> },
     /// Relative index of the pane, or if it is a film, that.
     Thin(Vec<f64>, Vec<Stack>),
+}
+
+/// What else there is to a surface.
+#[derive(Default)]
+pub(super) struct Over<'a> {
+    /// The coat on it, for each wavelength, or nothing.
+    pub coat: Vec<Coat<'a>>,
+    /// The sheen over all of it, and its colour at each wavelength.
+    pub sheen: Option<(&'a Sheen, Vec<f64>)>,
+    /// Where its grain points.
+    pub along: Option<DVec3>,
 }
 
 /// Light that leaves a surface together.
@@ -45,8 +58,7 @@ pub(super) struct Outgoing {
 /// A surface point with its material, as seen by a path that came from `wi`.
 pub(super) struct Surface<'a> {
     pub bsdf: Bsdf<'a>,
-    /// What lies on it, for each wavelength, or nothing.
-    coat: Vec<Coat<'a>>,
+    over: Over<'a>,
     /// To the world; the third column is the shading normal on the side of `wi`.
     frame: DMat3,
     /// Geometric normal on the side of `wi`.
@@ -57,11 +69,11 @@ pub(super) struct Surface<'a> {
 
 impl<'a> Surface<'a> {
     /// `None` where the shading normal contradicts the geometry: such light is absorbed.
-    pub(super) fn new(bsdf: Bsdf<'a>, coat: Vec<Coat<'a>>, hit: &Hit, wi: DVec3, transport: Transport) -> Option<Self> {
+    pub(super) fn new(bsdf: Bsdf<'a>, over: Over<'a>, hit: &Hit, wi: DVec3, transport: Transport) -> Option<Self> {
         let side = if wi.dot(hit.ng) < 0.0 { -1.0 } else { 1.0 };
         let (ng, ns) = (hit.ng * side, hit.ns * side);
-        let (x, y) = ns.any_orthonormal_pair();
-        (wi.dot(ns) > 0.0).then_some(Self { bsdf, coat, frame: DMat3::from_cols(x, y, ns), ng, wi, transport })
+        let x = over.along.unwrap_or_else(|| ns.any_orthonormal_vector());
+        (wi.dot(ns) > 0.0).then_some(Self { bsdf, over, frame: DMat3::from_cols(x, ns.cross(x), ns), ng, wi, transport })
     }
 
     /// Which side of the geometry `wo` goes to, as a factor: 0 where the shading normal says otherwise, else 1 or for flux Veach's correction.
@@ -87,8 +99,8 @@ impl<'a> Surface<'a> {
         let (wi, local) = (self.local(self.wi), self.local(wo));
         let g = match &self.bsdf {
             Bsdf::Diffuse(rho) => self.paint(rho[lane], lane, wi, local) * local.z.max(0.0) / PI,
-            Bsdf::Conductor { metal, alpha, energy: Some(energy) } => {
-                let facets = RoughConductor { alpha: *alpha, energy };
+            Bsdf::Conductor { metal, width, energy: Some(energy) } => {
+                let facets = RoughConductor { alpha: *width, energy };
                 facets.eval(wi, local, |lobe| self.mirror(facets.reflectance(lobe, metal[lane]), lane, wi, local))
             }
             Bsdf::Dielectric { eta, alpha, energy: Some(energy), .. } => {
@@ -96,18 +108,24 @@ impl<'a> Surface<'a> {
             }
             _ => 0.0,
         };
-        let own = self.coat.get(lane).map_or(0.0, |coat| coat.eval(wi, local));
-        (own + g) * self.correction(wo)
+        let own = self.over.coat.get(lane).map_or(0.0, |coat| coat.eval(wi, local));
+        let of_sheen = self.over.sheen.as_ref().map_or(0.0, |(sheen, color)| color[lane] * sheen.eval(wi, local));
+        (of_sheen + self.under_sheen(wi, local) * (own + g)) * self.correction(wo)
+    }
+
+    /// What sheen leaves of what is under it.
+    fn under_sheen(&self, wi: DVec3, wo: DVec3) -> f64 {
+        self.over.sheen.as_ref().map_or(1.0, |(sheen, _)| sheen.over(wi.z, wo.z.abs()))
     }
 
     /// The reflectance of paint, through the coat if there is one.
     fn paint(&self, rho: f64, lane: usize, wi: DVec3, wo: DVec3) -> f64 {
-        self.coat.get(lane).map_or(rho, |coat| coat.over_diffuse(rho, wi.z, wo.z))
+        self.over.coat.get(lane).map_or(rho, |coat| coat.over_diffuse(rho, wi.z, wo.z))
     }
 
     /// The reflectance of a mirror or facet, likewise.
     fn mirror(&self, r: f64, lane: usize, wi: DVec3, wo: DVec3) -> f64 {
-        self.coat.get(lane).map_or(r, |coat| coat.over_mirror(r, wi.z, wo.z))
+        self.over.coat.get(lane).map_or(r, |coat| coat.over_mirror(r, wi.z, wo.z))
     }
 
     fn local(&self, w: DVec3) -> DVec3 {
@@ -116,7 +134,7 @@ impl<'a> Surface<'a> {
 
     /// Scatters the path: nothing if absorbed, several where dispersion parts its wavelengths.
     pub(super) fn sample(&self, lanes: &[Lane], rng: &mut Rng) -> Vec<Outgoing> {
-        let mut out = self.sample_local(self.local(self.wi), lanes, rng);
+        let mut out = self.sample_under_sheen(self.local(self.wi), lanes, rng);
         for o in &mut out {
             let refracted = o.transmitted && self.transport == Transport::Radiance;
             o.wo = (self.frame * o.wo).normalize();
@@ -133,8 +151,27 @@ impl<'a> Surface<'a> {
         out
     }
 
+    /// The sheen's own reflection or what is under it; each weighs the more for its probability.
+    fn sample_under_sheen(&self, wi: DVec3, lanes: &[Lane], rng: &mut Rng) -> Vec<Outgoing> {
+        let Some((sheen, color)) = &self.over.sheen else { return self.sample_local(wi, lanes, rng) };
+        let own = mean(color) * sheen.albedo(wi.z).min(1.0);
+        let q = (own / (own + sheen.transmittance(wi.z)).max(1e-6)).clamp(0.05, 0.95);
+        if rng.next() < q {
+            let wo = sample_cosine(rng.next2());
+            let weight = sheen.eval(wi, wo) * PI / (wo.z * q);
+            let lanes = lanes.iter().zip(color).map(|(l, c)| l.times(c * weight)).collect();
+            return vec![Outgoing { wo, lanes, transmitted: false }];
+        }
+        let mut out = self.sample_local(wi, lanes, rng);
+        for o in &mut out {
+            let weight = self.under_sheen(wi, o.wo) / (1.0 - q);
+            o.lanes.iter_mut().for_each(|lane| lane.beta *= weight);
+        }
+        out
+    }
+
     fn sample_local(&self, wi: DVec3, lanes: &[Lane], rng: &mut Rng) -> Vec<Outgoing> {
-        let reflected: Vec<f64> = self.coat.iter().map(|coat| 1.0 - coat.transmittance(wi.z)).collect();
+        let reflected: Vec<f64> = self.over.coat.iter().map(|coat| 1.0 - coat.transmittance(wi.z)).collect();
         // Probability of the coat's own reflection; the samples of what is under it weigh the more.
         let of_coat = if reflected.is_empty() { 0.0 } else { mean(&reflected) };
         let one = |wo, transmitted, weight: &dyn Fn(usize) -> f64| {
@@ -142,9 +179,9 @@ impl<'a> Surface<'a> {
             vec![Outgoing { wo, lanes, transmitted }]
         };
         if of_coat > 0.0 && rng.next() < of_coat {
-            let Some((wo, weight, cos)) = self.coat[0].sample(wi, rng.next2()) else { return vec![] };
+            let Some((wo, weight, cos)) = self.over.coat[0].sample(wi, rng.next2()) else { return vec![] };
             let share = |coat: &Coat| weight * fresnel::dielectric(cos, coat.eta) / of_coat;
-            let lanes = lanes.iter().zip(&self.coat).map(|(l, coat)| l.times(share(coat))).collect();
+            let lanes = lanes.iter().zip(&self.over.coat).map(|(l, coat)| l.times(share(coat))).collect();
             return vec![Outgoing { wo, lanes, transmitted: false }];
         }
         match &self.bsdf {
@@ -156,8 +193,8 @@ impl<'a> Surface<'a> {
                 let wo = fresnel::reflect(wi, DVec3::Z);
                 one(wo, false, &|i| self.mirror(metal[i].at(wi.z), i, wi, wo))
             }
-            Bsdf::Conductor { metal, alpha, energy: Some(energy) } => {
-                let facets = RoughConductor { alpha: *alpha, energy };
+            Bsdf::Conductor { metal, width, energy: Some(energy) } => {
+                let facets = RoughConductor { alpha: *width, energy };
                 let [u0, u1] = rng.next2();
                 let Some(s) = facets.sample(wi, [u0, u1, rng.next()]) else { return vec![] };
                 one(s.wo, false, &|i| s.weight * self.mirror(facets.reflectance(s.lobe, metal[i]), i, wi, s.wo))
@@ -224,7 +261,8 @@ pub(super) fn straight_share(scene: &Scene, index: usize, cos: f64, uv: DVec2, n
         | Material::Dielectric { .. }
         | Material::Conductor { .. }
         | Material::ColoredConductor { .. }
-        | Material::Coated { .. } => 0.0,
+        | Material::Coated { .. }
+        | Material::Sheen { .. } => 0.0,
     }
 }
 

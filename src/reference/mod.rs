@@ -25,11 +25,12 @@ mod walk;
 pub use interiors::initial_interiors;
 
 use crate::bsdf::energy::EnergyTable;
+use crate::bsdf::sheen::Sheen;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::first_hits::{Albedo, FirstHits};
 use crate::render::{BatchStats, Integrator, Renderer};
-use crate::scene::{Estimator, Light, Material, Scene, Sensor, WavelengthSampling};
+use crate::scene::{Estimator, Grain, Light, Material, Scene, Sensor, WavelengthSampling};
 use crate::spectrum::library::{self, Cmf, Observer};
 use bvh::World;
 use glam::DVec3;
@@ -37,6 +38,7 @@ use intersect::Ray;
 use light::Emitters;
 use rayon::prelude::*;
 use rng::Rng;
+use std::collections::BTreeMap;
 
 /// Maximum luminous efficacy, lm / W, that turns watts weighed by the observer into XYZ.
 const K_M: f64 = 683.002;
@@ -57,6 +59,8 @@ struct Stage {
     world: World,
     emitters: Emitters,
     energy: Vec<Energy>,
+    /// By the index of the material.
+    sheens: BTreeMap<usize, Sheen>,
     observer: &'static Cmf,
     interiors_at_eye: Vec<usize>,
     has_interiors: bool,
@@ -64,9 +68,10 @@ struct Stage {
     seed: u64,
 }
 
-/// Energy tables of one roughness.
+/// Energy tables of one roughness, and grain if it has one.
 struct Energy {
     alpha: f64,
+    grain: Option<Grain>,
     dielectric: EnergyTable,
     conductor: EnergyTable,
     coat: EnergyTable,
@@ -88,18 +93,24 @@ impl ReferenceIntegrator {
         let world = World::new(scene);
         let ball = world.ball_around(&sensor::corners(&scene.sensor));
         let mut energy: Vec<Energy> = Vec::new();
-        for material in &scene.materials {
+        for (index, material) in scene.materials.iter().enumerate() {
+            let grain = scene.grains.get(&index).copied();
             if let Material::Dielectric { alpha, .. }
             | Material::Conductor { alpha, .. }
             | Material::ColoredConductor { alpha, .. }
             | Material::Coated { alpha, .. } = *material
                 && alpha > 0.0
-                && energy.iter().all(|e| e.alpha != alpha)
+                && energy.iter().all(|e| (e.alpha, e.grain) != (alpha, grain))
             {
-                let (dielectric, conductor) = (EnergyTable::dielectric(alpha), EnergyTable::conductor(alpha));
-                energy.push(Energy { alpha, dielectric, conductor, coat: EnergyTable::coat(alpha) });
+                let conductor = grain.map_or_else(|| EnergyTable::conductor(alpha), |g| EnergyTable::brushed(g.width(alpha)));
+                let (dielectric, coat) = (EnergyTable::dielectric(alpha), EnergyTable::coat(alpha));
+                energy.push(Energy { alpha, grain, dielectric, conductor, coat });
             }
         }
+        let sheens = scene.materials.iter().enumerate().filter_map(|(i, m)| match m {
+            Material::Sheen { color, alpha, .. } => Some((i, scene.sheen(color, *alpha))),
+            _ => None,
+        });
         let interiors_at_eye = match scene.sensor {
             Sensor::Perspective { eye, .. } => interiors::interiors_at(scene, &world, Ray::new(eye, interiors::up()), vec![]),
             _ => vec![],
@@ -115,6 +126,7 @@ impl ReferenceIntegrator {
             scene: scene.clone(),
             world,
             energy,
+            sheens: sheens.collect(),
             seed,
         };
         Ok(Self { stage, estimator })
@@ -203,8 +215,8 @@ impl Stage {
         }
     }
 
-    fn energy(&self, alpha: f64) -> Option<&Energy> {
-        self.energy.iter().find(|e| e.alpha == alpha)
+    fn energy(&self, alpha: f64, grain: Option<Grain>) -> Option<&Energy> {
+        self.energy.iter().find(|e| (e.alpha, e.grain) == (alpha, grain))
     }
 
     fn interiors_at(&self, point: DVec3) -> Vec<usize> {

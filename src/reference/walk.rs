@@ -4,17 +4,18 @@
 use super::Stage;
 use super::interiors::{Crossing, MAX_STRAIGHT, cross, ruling};
 use super::intersect::{Hit, Ray};
-use super::material::{Bsdf, Surface, Transport, straight_share};
+use super::material::{Bsdf, Over, Surface, Transport, straight_share};
 use super::medium::Medium;
 use super::rng::Rng;
 use crate::bsdf::coat::Coat;
 use crate::bsdf::fresnel::Metal;
 use crate::bsdf::phase;
+use crate::bsdf::sheen::Sheen;
 use crate::render::BatchStats;
 use crate::scene::roughness::level_at;
-use crate::scene::{Film, Geometry, Material};
-use crate::spectrum::Ior;
-use glam::DVec3;
+use crate::scene::{Film, Geometry, Grain, Material, direction_of_grain};
+use crate::spectrum::{Ior, Spectrum};
+use glam::{DVec3, DVec4};
 
 /// Scattering events after which paths play Russian roulette.
 const ROULETTE_AFTER: u32 = 8;
@@ -96,11 +97,13 @@ struct Met<'a> {
     material: &'a Material,
     /// Index and GGX width of the coat on it.
     coat: Option<(&'a Ior, f64)>,
+    sheen: Option<(&'a Sheen, &'a Spectrum)>,
     film: Option<&'a Film>,
+    grain: Option<Grain>,
 }
 
-/// What scatters light there: where, how, and through which coat, if any.
-type Scatterer<'a> = (Hit, Bsdf<'a>, Vec<Coat<'a>>);
+/// What scatters light there: where, how, and through what.
+type Scatterer<'a> = (Hit, Bsdf<'a>, Over<'a>);
 
 pub(super) enum Scattering<'a> {
     Surface(&'a Surface<'a>),
@@ -180,7 +183,7 @@ impl Stage {
             seen.arrived(&path, &hits);
             let on: Vec<u32> = hits.iter().map(|h| h.prim).collect();
             let (beyond, met) = self.meet(&mut path, &hits, rng);
-            let Some((hit, bsdf, coat)) = met else {
+            let Some((hit, bsdf, over)) = met else {
                 path.straight += 1;
                 if path.straight > MAX_STRAIGHT {
                     stats.truncated += 1;
@@ -190,7 +193,7 @@ impl Stage {
                 path.inside = beyond;
                 continue;
             };
-            let Some(surface) = Surface::new(bsdf, coat, &hit, -path.ray.dir, transport) else { return };
+            let Some(surface) = Surface::new(bsdf, over, &hit, -path.ray.dir, transport) else { return };
             if !self.may_scatter(&path, stats) {
                 return;
             }
@@ -223,7 +226,7 @@ impl Stage {
         let met: Vec<Met> = hits.iter().map(|h| self.choose(*h, path, rng)).collect();
         let values = |f: &dyn Fn(f64) -> f64| path.lanes.iter().map(|l| f(l.nm)).collect::<Vec<f64>>();
         let outside = values(&|nm| self.scene.interiors[ruling(&self.scene, &path.inside)].ior.eval(nm));
-        for &Met { hit, material, coat, film } in &met {
+        for &Met { hit, material, coat, sheen, film, grain } in &met {
             let bsdf = match material {
                 Material::Diffuse { reflectance } => Bsdf::Diffuse(values(&|nm| reflectance.eval(nm, hit.uv))),
                 Material::ThinDielectric { ior } => {
@@ -239,19 +242,25 @@ impl Stage {
                         Some(film) => Metal::Filmed(film.between(*n, (eta.eval(l.nm), k.eval(l.nm)), l.nm)),
                         None => Metal::Index(eta.eval(l.nm) / n, k.eval(l.nm) / n),
                     };
-                    self.metal(path.lanes.iter().zip(&around).map(of).collect(), *alpha)
+                    self.metal(path.lanes.iter().zip(&around).map(of).collect(), *alpha, grain)
                 }
                 Material::ColoredConductor { reflectance, alpha } => {
-                    self.metal(path.lanes.iter().map(|l| Metal::Reflectance(reflectance.eval(l.nm, hit.uv))).collect(), *alpha)
+                    let of = |l: &Lane| Metal::Reflectance(reflectance.eval(l.nm, hit.uv));
+                    self.metal(path.lanes.iter().map(of).collect(), *alpha, grain)
                 }
                 _ => continue,
             };
             let of_lane = |(ior, alpha): (&Ior, f64), nm: f64, outside: f64| Coat {
                 eta: ior.eval(nm) / outside,
-                rough: self.energy(alpha).map(|e| (alpha, &e.coat)),
+                rough: self.energy(alpha, None).map(|e| (alpha, &e.coat)),
             };
             let coats = |coat| path.lanes.iter().zip(&outside).map(|(l, &n)| of_lane(coat, l.nm, n)).collect();
-            return (path.inside.clone(), Some((hit, bsdf, coat.map_or(vec![], coats))));
+            let over = Over {
+                coat: coat.map_or(vec![], coats),
+                sheen: sheen.map(|(sheen, color)| (sheen, values(&|nm| color.eval(nm)))),
+                along: grain.map(|grain| self.along(&grain, &hit)),
+            };
+            return (path.inside.clone(), Some((hit, bsdf, over)));
         }
         let crossed: Vec<(&Hit, &Material)> = met.iter().map(|m| (&m.hit, m.material)).collect();
         match cross(&self.scene, &path.inside, path.ray.dir, &crossed) {
@@ -265,21 +274,31 @@ impl Stage {
                 let index = |i: usize, nm: f64| interiors[i].ior.eval(nm);
                 let stack = |l: &Lane, film: &Film| film.between(index(near, l.nm), (index(far, l.nm), 0.0), l.nm);
                 let film = film.map_or(vec![], |film| path.lanes.iter().map(|l| stack(l, film)).collect());
-                let energy = self.energy(alpha).map(|e| &e.dielectric);
-                (beyond, Some((*hit, Bsdf::Dielectric { eta, film, alpha, energy }, vec![])))
+                let energy = self.energy(alpha, None).map(|e| &e.dielectric);
+                (beyond, Some((*hit, Bsdf::Dielectric { eta, film, alpha, energy }, Over::default())))
             }
             (beyond, Crossing::Straight) => (beyond, None),
         }
     }
 
-    fn metal(&self, metal: Vec<Metal>, alpha: f64) -> Bsdf<'_> {
-        Bsdf::Conductor { metal, alpha, energy: self.energy(alpha).map(|e| &e.conductor) }
+    fn metal(&self, metal: Vec<Metal>, alpha: f64, grain: Option<Grain>) -> Bsdf<'_> {
+        let width = grain.map_or(alpha.into(), |grain| grain.width(alpha));
+        Bsdf::Conductor { metal, width, energy: self.energy(alpha, grain).map(|e| &e.conductor) }
+    }
+
+    /// Where this grain points at a hit.
+    fn along(&self, grain: &Grain, hit: &Hit) -> DVec3 {
+        let tangent = match &self.scene.shapes[hit.shape].geometry {
+            Geometry::Mesh(mesh) => mesh.tangent((hit.prim - self.world.first_prim(hit.shape)) as usize, hit.p),
+            _ => DVec4::W,
+        };
+        direction_of_grain(grain, hit.ns, tangent)
     }
 
     /// The material of a hit, the coat on it, and the hit with its normal as maps turn it; mixes decided with the mean of their weight over the carried
     /// wavelengths.
     fn choose(&self, mut hit: Hit, path: &mut Path, rng: &mut Rng) -> Met<'_> {
-        let mut coat = None;
+        let (mut coat, mut sheen) = (None, None);
         let shape = &self.scene.shapes[hit.shape];
         let mut index = shape.material;
         loop {
@@ -299,12 +318,20 @@ impl Stage {
                     index = *base;
                     continue;
                 }
+                Material::Sheen { base, color, .. } => {
+                    sheen = Some((&self.sheens[&index], color));
+                    index = *base;
+                    continue;
+                }
                 Material::Coated { base, ior, alpha } => {
                     coat = Some((ior, *alpha));
                     index = *base;
                     continue;
                 }
-                _ => return Met { hit, material, coat, film: self.scene.films.get(&index) },
+                _ => {
+                    let (film, grain) = (self.scene.films.get(&index), self.scene.grains.get(&index).copied());
+                    return Met { hit, material, coat, sheen, film, grain };
+                }
             };
             let w: Vec<f64> = path.lanes.iter().map(|l| weight.eval(l.nm, hit.uv)).collect();
             let q = w.iter().sum::<f64>() / w.len() as f64;

@@ -122,8 +122,8 @@ fn overlapping_faces(scene: &Scene, out: &mut Vec<String>) {
     }
     let scale = (size.max - size.min).length().max(1e-9);
     let opaque = |m: usize| {
-        use Material::{Coated, ColoredConductor, Conductor, Diffuse};
-        matches!(scene.materials[m], Diffuse { .. } | Conductor { .. } | ColoredConductor { .. } | Coated { .. })
+        use Material::{Coated, ColoredConductor, Conductor, Diffuse, Sheen};
+        matches!(scene.materials[m], Diffuse { .. } | Conductor { .. } | ColoredConductor { .. } | Coated { .. } | Sheen { .. })
     };
     let mut planes: HashMap<[i64; 4], Vec<Face>> = HashMap::new();
     for (index, shape) in scene.shapes.iter().enumerate().filter(|(_, s)| opaque(s.material)) {

@@ -12,7 +12,7 @@ use super::{Geometry, Interior, Light, Mesh, Sensor, Shape, mesh as meshes};
 use crate::error::Result;
 use crate::geometry::bounds_of_all;
 use crate::spectrum::upsample;
-use glam::{DMat3, DMat4, DQuat, DVec2, DVec3};
+use glam::{DMat3, DMat4, DQuat, DVec2, DVec3, DVec4};
 use serde_json::Value;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -228,6 +228,9 @@ impl<'a> Document<'a> {
 /// The triangles of a primitive that looks like this, with texture coordinates if it has a picture.
 fn part(loader: &mut Loader, asset: &Asset, root: &Node, primitive: &Node, look: &Look) -> Result<Option<Mesh>> {
     let Some(mut part) = triangles(loader, asset, root, primitive, look.uv_set)? else { return Ok(None) };
+    if let (true, Some(node)) = (loader.scene.has_grain(look.material), primitive.need("attributes")?.get("TANGENT")) {
+        part.tangents = accessor::<4>(root, &asset.buffers, &node)?.into_iter().map(DVec4::from_array).collect();
+    }
     if part.uvs.is_empty() && loader.has_image(look.material, look.emission.as_ref()) {
         loader.note(format!("{}: a textured mesh without texture coordinates shows one texel", root.file.display()));
         part.uvs = vec![DVec2::ZERO; part.positions.len()];
@@ -319,7 +322,7 @@ fn triangles(loader: &mut Loader, asset: &Asset, root: &Node, primitive: &Node, 
     if primitive.get("targets").is_some() {
         loader.note(format!("{}: morph targets are ignored", root.file.display()));
     }
-    Ok(Some(Mesh { positions, normals, uvs, triangles }))
+    Ok(Some(Mesh { positions, normals, uvs, tangents: Vec::new(), triangles }))
 }
 
 fn look(

@@ -6,7 +6,8 @@ use super::json::Node;
 use super::load::Loader;
 use super::materials::THICKEST_FILM;
 use super::roughness::Roughness;
-use super::{Emission, Film, Interior, Material, Texture};
+use super::{Emission, Film, Grain, Interior, Material, Texture};
+use crate::bsdf::sheen::LEAST;
 use crate::color::cie;
 use crate::error::Result;
 use crate::spectrum::library::Observer;
@@ -29,8 +30,6 @@ pub(super) fn photometric(node: &Node, rgb: [f64; 3], factor: f64) -> Result<Spe
 
 /// Extensions of materials that change only how they look, not what they are: named by what is lost.
 const LOST: &[(&str, &str)] = &[
-    ("KHR_materials_sheen", "sheen"),
-    ("KHR_materials_anisotropy", "anisotropy (roughness is the same in all directions)"),
     ("KHR_materials_diffuse_transmission", "diffuse transmission"),
     ("KHR_materials_unlit", "\"unlit\" (such surfaces are lit like all others)"),
 ];
@@ -45,6 +44,8 @@ const SLOTS: &[&str] = &[
     "clearcoatTexture",
     "clearcoatRoughnessTexture",
     "iridescenceTexture",
+    "sheenColorTexture",
+    "sheenRoughnessTexture",
     "normalTexture",
 ];
 
@@ -84,7 +85,8 @@ impl<'n> Reader<'_, 'n, '_> {
 
     /// The textureInfo of a slot, wherever it stands.
     fn info(&self, slot: &str) -> Option<Node<'n>> {
-        let extensions = ["transmission", "specular", "clearcoat", "iridescence"].map(|name| format!("KHR_materials_{name}"));
+        let extensions =
+            ["transmission", "specular", "clearcoat", "iridescence", "sheen"].map(|name| format!("KHR_materials_{name}"));
         let places = [self.pbr.clone(), Some(self.node.clone())].into_iter().chain(extensions.map(|name| self.extension(&name)));
         places.flatten().find_map(|place| place.get(slot))
     }
@@ -147,7 +149,9 @@ impl<'n> Reader<'_, 'n, '_> {
         let transmission = self.share(transmission, "transmissionTexture", 0, None)?;
         let rough = self.roughness(self.pbr.clone(), "roughnessFactor", 1.0, "metallicRoughnessTexture")?;
         let lacquer = self.lacquer()?;
+        let sheen = self.sheen()?;
         let film = self.film()?;
+        let grain = self.grain()?;
         let is = |share: &Texture, value: f64| matches!(share, Texture::Uniform(Spectrum::Constant(v)) if *v == value);
         let reflectance = match self.info("baseColorTexture") {
             Some(info) => self.textures.read(&info, self.uv_set, Use::Reflectance(base), Spectrum::Constant(1.0), None)?,
@@ -162,13 +166,20 @@ impl<'n> Reader<'_, 'n, '_> {
             if film.is_some() {
                 self.note("iridescence of what is neither metal nor glass: ignored (KHR_materials_iridescence)");
             }
+            if grain.is_some() {
+                self.note("anisotropy of what is not metal: ignored, its gloss is the same in all directions (KHR_materials_anisotropy)");
+            }
             let paint = self.push(Material::Diffuse { reflectance: reflectance.clone() });
             let glossy = self.glossy(paint, &rough)?;
-            surface = Some(self.lacquered(paint, glossy, &lacquer));
+            let bare = self.lacquered(paint, glossy, &lacquer);
+            surface = Some(self.under_sheen(bare, &sheen));
         }
         if !is(&metallic, 1.0) && !is(&transmission, 0.0) {
             let glass = self.glass(base, &rough)?;
             let glass = self.filmed_glass(glass, &film)?;
+            if sheen.is_some() {
+                self.note("sheen on glass: ignored (KHR_materials_sheen)");
+            }
             if lacquer.is_some() {
                 self.note("clear coats on glass: ignored (KHR_materials_clearcoat)");
             }
@@ -177,7 +188,11 @@ impl<'n> Reader<'_, 'n, '_> {
         if !is(&metallic, 0.0) {
             let metal = self.push_rough(&rough, |alpha| Material::ColoredConductor { reflectance: reflectance.clone(), alpha });
             let metal = self.filmed_metal(metal, &reflectance, &rough, &film);
+            if let Some(grain) = grain {
+                self.loader.put_grain(metal, grain);
+            }
             let metal = self.lacquered(metal, metal, &lacquer);
+            let metal = self.under_sheen(metal, &sheen);
             surface = Some(surface.map_or(metal, |under| self.mix(metal, under, metallic)));
         }
         let surface = surface.unwrap_or_else(|| self.loader.black());
@@ -231,6 +246,45 @@ impl<'n> Reader<'_, 'n, '_> {
         let Some((share, roughness)) = lacquer else { return bare };
         let coated = self.push_rough(roughness, |alpha| Material::Coated { base, ior: Ior::constant(CLEAR_COAT), alpha });
         self.mix(coated, bare, share.clone())
+    }
+
+    /// Colour and roughness of sheen; nothing where there is none.
+    fn sheen(&mut self) -> Result<Option<(Spectrum, Roughness)>> {
+        let Some(node) = self.extension("KHR_materials_sheen") else { return Ok(None) };
+        let rgb = colour(Some(&node), "sheenColorFactor", [0.0; 3])?;
+        if rgb == [0.0; 3] {
+            return Ok(None);
+        }
+        let mut color = upsample::reflectance_from_linear_srgb(rgb).map_err(|e| node.fail(e, "use another colour"))?;
+        if let Some(info) = self.info("sheenColorTexture") {
+            let one = Spectrum::Constant(1.0);
+            if let Some(picture) = self.textures.read(&info, self.uv_set, Use::Reflectance(rgb), one, None)? {
+                self.note("pictures of the colour of sheen: their mean counts (KHR_materials_sheen)");
+                color = sampled(self.loader.reader.range, |nm| picture.average(nm));
+            }
+        }
+        let roughness = factor(Some(&node), "sheenRoughnessFactor", 0.0, 1.0)?;
+        let roughness = Roughness::pictured(self.share(roughness, "sheenRoughnessTexture", 3, None)?);
+        if self.extension("KHR_materials_clearcoat").is_some() {
+            self.note("sheen under clear coats: it lies on them (KHR_materials_sheen)");
+        }
+        Ok(Some((color, roughness)))
+    }
+
+    fn under_sheen(&mut self, base: usize, sheen: &Option<(Spectrum, Roughness)>) -> usize {
+        let Some((color, roughness)) = sheen else { return base };
+        self.push_rough(roughness, |alpha| Material::Sheen { base, color: color.clone(), alpha: alpha.max(LEAST) })
+    }
+
+    /// The grain of brushed metal, if the material has one.
+    fn grain(&mut self) -> Result<Option<Grain>> {
+        let Some(node) = self.extension("KHR_materials_anisotropy") else { return Ok(None) };
+        if node.get("anisotropyTexture").is_some() {
+            self.note("pictures of anisotropy: ignored, strength and rotation are the same all over (KHR_materials_anisotropy)");
+        }
+        let strength = factor(Some(&node), "anisotropyStrength", 0.0, 1.0)?;
+        let rotation = node.get("anisotropyRotation").map_or(Ok(0.0), |n| n.within(-1e3, 1e3))?;
+        Ok((strength > 0.0).then_some(Grain { strength, rotation }))
     }
 
     /// The film that makes a surface iridescent, and how much of it there is.

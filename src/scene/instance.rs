@@ -52,6 +52,11 @@ impl Instance {
         &self.mesh
     }
 
+    /// Puts another mesh of the same shape in its place.
+    pub(super) fn replace(&mut self, mesh: Arc<Mesh>) {
+        self.mesh = mesh;
+    }
+
     /// From the mesh's space to the world's.
     pub fn to_world(&self) -> DAffine3 {
         self.to_world
@@ -117,6 +122,7 @@ impl SharedMeshes {
                 // The transform turns it round once more.
                 if mirrored {
                     mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+                    mesh.tangents.iter_mut().for_each(|t| t.w = -t.w);
                 }
                 new = mesh.triangles.len();
                 let (bounds, mesh) = (bounds_of_mesh(&mesh), Arc::new(mesh));

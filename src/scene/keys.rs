@@ -36,9 +36,11 @@ pub const KEYS: &[(&str, &[&str])] = &[
     ("diffuse", &["reflectance"]),
     ("dielectric", &["ior", "alpha", "roughness", "thin_film", "absorption", "medium", "priority"]),
     ("thin_dielectric", &["ior", "thickness"]),
-    ("conductor", &["metal", "eta", "k", "reflectance", "alpha", "roughness", "thin_film"]),
+    ("conductor", &["metal", "eta", "k", "reflectance", "alpha", "roughness", "anisotropy", "thin_film"]),
+    ("anisotropy", &["strength", "rotation_deg"]),
     ("thin_film", &["thickness", "ior"]),
     ("coated", &["of", "ior", "alpha", "roughness"]),
+    ("sheen", &["of", "color", "alpha", "roughness"]),
     ("mix", &["a", "b", "weight"]),
     ("boundary", &["medium", "ior", "priority"]),
     ("normal_map", &["of", "texture", "tiles", "wrap", "filter", "strength"]),
@@ -70,7 +72,19 @@ pub const KEYS: &[(&str, &[&str])] = &[
     ("gltf", &["file", "override"]),
     (
         "override",
-        &["diffuse", "dielectric", "thin_dielectric", "conductor", "coated", "mix", "boundary", "normal_map", "use", "emission"],
+        &[
+            "diffuse",
+            "dielectric",
+            "thin_dielectric",
+            "conductor",
+            "coated",
+            "sheen",
+            "mix",
+            "boundary",
+            "normal_map",
+            "use",
+            "emission",
+        ],
     ),
     ("emission", &["radiance", "two_sided"]),
     ("transform", &["scale", "axis", "rotate_deg", "translate", "matrix"]),
@@ -106,7 +120,7 @@ pub const KEYS: &[(&str, &[&str])] = &[
 pub const SENSORS: &[&str] = &["perspective", "orthographic", "irradiance_plane", "irradiance_sphere"];
 /// Kinds of material.
 pub const MATERIALS: &[&str] =
-    &["diffuse", "dielectric", "thin_dielectric", "conductor", "coated", "mix", "boundary", "normal_map"];
+    &["diffuse", "dielectric", "thin_dielectric", "conductor", "coated", "sheen", "mix", "boundary", "normal_map"];
 /// Kinds of geometry.
 pub const GEOMETRIES: &[&str] = &["sphere", "disc", "cylinder", "quad", "box", "prism", "mesh", "gltf", "instance"];
 /// Kinds of light that are not shapes.

@@ -98,6 +98,7 @@ impl Loader {
             sensor,
             materials: Vec::new(),
             films: BTreeMap::new(),
+            grains: BTreeMap::new(),
             interiors: Vec::new(),
             shapes: Vec::<Shape>::new(),
             lights: Vec::<Light>::new(),
@@ -292,6 +293,7 @@ impl Loader {
     /// The scene, all of whose files have been read.
     fn finish(mut self) -> Scene {
         self.flatten_the_few();
+        self.comb();
         Scene { source_hash: self.reader.files.hash(), ..self.scene }
     }
 

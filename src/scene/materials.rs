@@ -1,10 +1,12 @@
 //! Materials, media and the volumes that dielectrics and boundaries enclose.
 
+use super::grain::grain;
 use super::json::{Node, quoted, suggest};
 use super::keys::MATERIALS;
 use super::load::Loader;
 use super::spectra::Place;
 use super::{Film, Interior, Material};
+use crate::bsdf::sheen::LEAST;
 use crate::error::Result;
 use crate::spectrum::{Ior, Spectrum, library};
 use std::collections::HashMap;
@@ -85,6 +87,16 @@ impl Materials {
         if let Some(film) = film {
             loader.put_film(index, &film);
         }
+        if let Some(node) = node.get("conductor").and_then(|inner| inner.get("anisotropy")) {
+            if let Material::Conductor { alpha: 0.0, .. } | Material::ColoredConductor { alpha: 0.0, .. } =
+                loader.scene.materials[index]
+            {
+                return Err(
+                    node.fail("a smooth metal has no grain", "give it a \"roughness\": the least it has in any direction")
+                );
+            }
+            loader.put_grain(index, grain(&node)?);
+        }
         Ok(())
     }
 
@@ -134,6 +146,11 @@ impl Materials {
                 let (base, roughness) = (loader.material_index(&inner.need("of")?)?, loader.roughness(&inner)?);
                 loader.rough(&roughness, |alpha| Material::Coated { base, ior: ior.clone(), alpha })
             }
+            "sheen" => {
+                let color = loader.reader.spectrum(&inner.need("color")?, Place::Share)?;
+                let (base, roughness) = (loader.material_index(&inner.need("of")?)?, loader.roughness(&inner)?);
+                loader.rough(&roughness, |alpha| Material::Sheen { base, color: color.clone(), alpha: alpha.max(LEAST) })
+            }
             "mix" => Material::Mix {
                 a: loader.material_index(&inner.need("a")?)?,
                 b: loader.material_index(&inner.need("b")?)?,
@@ -182,10 +199,7 @@ impl Interior {
 impl Loader {
     /// Puts a film on the material at this index, or on all the levels of its roughness.
     pub(super) fn put_film(&mut self, index: usize, film: &Film) {
-        let filmed = match &self.scene.materials[index] {
-            Material::Graded { first, levels, .. } => *first..first + levels.len(),
-            _ => index..index + 1,
-        };
+        let filmed = self.scene.levels(index);
         self.scene.films.extend(filmed.map(|i| (i, film.clone())));
     }
 
@@ -301,9 +315,26 @@ fn check_parts(materials: &[Material], index: usize, depth: usize) -> std::resul
                 Err("a coat lies on paint or metal, or on mixtures of them".into())
             }
         }
+        Material::Sheen { base, .. } => {
+            check_parts(materials, *base, depth + 1)?;
+            if wears_sheen(materials, *base) {
+                Ok(())
+            } else {
+                Err("sheen lies on paint, metal or what is coated, or on mixtures of them".into())
+            }
+        }
         Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => check_parts(materials, *base, depth + 1),
         Material::Mix { a, b, .. } => [a, b].into_iter().try_for_each(|&part| check_parts(materials, part, depth + 1)),
         _ => Ok(()),
+    }
+}
+
+fn wears_sheen(materials: &[Material], index: usize) -> bool {
+    match &materials[index] {
+        Material::Coated { .. } => true,
+        Material::Graded { first, .. } => wears_sheen(materials, *first),
+        Material::Mix { a, b, .. } => wears_sheen(materials, *a) && wears_sheen(materials, *b),
+        _ => is_coatable(materials, index),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::json::LARGEST_LENGTH;
 use super::transform::Flaw;
 use super::{Geometry, Mesh, obj, ply};
-use glam::{DMat3, DMat4, DVec3};
+use glam::{DMat3, DMat4, DVec3, DVec4};
 use std::path::Path;
 
 /// A picture is repeated at most this often: single precision on the GPU has too few digits for more.
@@ -34,6 +34,9 @@ pub fn place(mesh: &Mesh, m: &DMat4) -> Result<(Mesh, usize), Flaw> {
         let problem = format!("{} texture coordinates for {count} vertices", mesh.uvs.len());
         return Err((problem, "give one pair per vertex".into()));
     }
+    if !mesh.tangents.is_empty() && mesh.tangents.len() != count {
+        return Err((format!("{} tangents for {count} vertices", mesh.tangents.len()), "give one per vertex".into()));
+    }
     if let Some(i) = mesh.positions.iter().position(|p| !p.is_finite()) {
         return Err((format!("vertex {i} is not finite"), "export the mesh again".into()));
     }
@@ -53,6 +56,9 @@ pub fn place(mesh: &Mesh, m: &DMat4) -> Result<(Mesh, usize), Flaw> {
     if triangles.is_empty() {
         return Err(("no triangle has an area".into(), "use a mesh with faces, and a transform that keeps them".into()));
     }
+    if mirrored {
+        placed.tangents.iter_mut().for_each(|t| t.w = -t.w);
+    }
     let dropped = mesh.triangles.len() - triangles.len();
     placed.triangles = triangles;
     if placed.normals.contains(&DVec3::ZERO) {
@@ -68,11 +74,14 @@ pub fn place(mesh: &Mesh, m: &DMat4) -> Result<(Mesh, usize), Flaw> {
 
 /// The mesh as it is in the world, its triangles in the order they have.
 pub fn transformed(mesh: &Mesh, m: &DMat4) -> Mesh {
-    let inverse_transpose = DMat3::from_mat4(*m).inverse().transpose();
+    let linear = DMat3::from_mat4(*m);
+    let inverse_transpose = linear.inverse().transpose();
+    let tangent = |t: &DVec4| (linear * t.truncate()).normalize_or_zero().extend(t.w);
     Mesh {
         positions: mesh.positions.iter().map(|&p| m.transform_point3(p)).collect(),
         normals: mesh.normals.iter().map(|&n| (inverse_transpose * n).normalize_or_zero()).collect(),
         uvs: mesh.uvs.clone(),
+        tangents: mesh.tangents.iter().map(tangent).collect(),
         triangles: mesh.triangles.clone(),
     }
 }

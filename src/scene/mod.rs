@@ -11,6 +11,7 @@ mod gltf_file;
 mod gltf_material;
 mod gltf_override;
 mod gltf_texture;
+mod grain;
 mod ies;
 mod image_texture;
 mod instance;
@@ -33,6 +34,7 @@ mod transform;
 mod units;
 
 pub use advice::advice;
+pub use grain::{Grain, direction_of_grain};
 pub use instance::Instance;
 pub(crate) use json::{quoted, suggest};
 pub use lights::luminous_flux_lm;
@@ -43,8 +45,9 @@ pub use sensor::{Bins, FilmSettings, Filter, Sensor, WavelengthSampling};
 pub use texture::Texture;
 
 use crate::bsdf::film::Stack;
+use crate::bsdf::sheen::Sheen;
 use crate::spectrum::{Ior, Spectrum};
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3, DVec4};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -61,6 +64,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Thin films on smooth dielectrics and on conductors, by the index of the material; of a thin dielectric, that it is itself a film.
     pub films: BTreeMap<usize, Film>,
+    /// Grain of rough conductors, by the index of the material.
+    pub grains: BTreeMap<usize, Grain>,
     /// Volumes with an index and a medium; `interiors[0]` surrounds the scene.
     pub interiors: Vec<Interior>,
     /// Geometry: every instance is its own shape.
@@ -79,6 +84,13 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// The sheen of this width and colour: all of it that does not depend on wavelength.
+    pub(crate) fn sheen(&self, color: &Spectrum, alpha: f64) -> Sheen {
+        let (lo, hi) = (self.film.bins.min_nm, self.film.bins.max_nm);
+        let most = (0..=1000).map(|i| color.eval(lo + (hi - lo) * f64::from(i) / 1000.0)).fold(0.0, f64::max);
+        Sheen::new(alpha, most)
+    }
+
     /// The interior that a surface of this material encloses: its own, or that of the material whose normals or roughness vary.
     pub fn interior_of(&self, material: usize) -> Option<usize> {
         match self.materials[material] {
@@ -151,6 +163,15 @@ pub enum Material {
         /// Index of the coat.
         ior: Ior,
         /// GGX width, 0 or in [0.001, 1].
+        alpha: f64,
+    },
+    /// Sheen over another material ([`crate::bsdf::sheen`]).
+    Sheen {
+        /// Index of what is under it: diffuse, a conductor, a coated material, or mixtures of such.
+        base: usize,
+        /// Its colour, in [0, 1].
+        color: Spectrum,
+        /// Width, in [`LEAST`](crate::bsdf::sheen::LEAST) to 1.
         alpha: f64,
     },
     /// `weight` of `a` and `1 - weight` of `b`.
@@ -276,6 +297,8 @@ pub struct Mesh {
     pub normals: Vec<DVec3>,
     /// Texture coordinates per vertex, (0, 0) being the upper left corner of a picture and (1, 1) the lower right; or empty.
     pub uvs: Vec<DVec2>,
+    /// Tangents per vertex, for materials with a grain, or empty: the direction of growing u, and 1, or -1 where the picture is seen mirrored.
+    pub tangents: Vec<DVec4>,
     /// Vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
 }

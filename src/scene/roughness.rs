@@ -10,7 +10,7 @@ use std::ops::Range;
 /// Steps of roughness from 0 to 1.
 pub const STEPS: usize = 16;
 /// GGX widths below this are smooth.
-const SMOOTH: f64 = 1e-3;
+pub(super) const SMOOTH: f64 = 1e-3;
 
 /// GGX width of a roughness, its square (Burley 2012); 0, smooth, below 0.001.
 pub(super) fn width(roughness: f64) -> f64 {

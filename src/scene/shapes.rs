@@ -172,7 +172,7 @@ impl Loader {
         match &self.scene.materials[material] {
             Material::Diffuse { reflectance } | Material::ColoredConductor { reflectance, .. } => reflectance.image().is_some(),
             Material::NormalMapped { .. } | Material::Graded { .. } => true,
-            Material::Coated { base, .. } => self.is_pictured(*base),
+            Material::Coated { base, .. } | Material::Sheen { base, .. } => self.is_pictured(*base),
             Material::Mix { a, b, weight } => weight.image().is_some() || self.is_pictured(*a) || self.is_pictured(*b),
             _ => false,
         }

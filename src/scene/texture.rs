@@ -197,11 +197,7 @@ impl Mesh {
     /// The unit shading normal `ns` (on the outer side) turned as `normals` says at the coordinates `uv` of triangle `t`, whose outer normal is `ng`. The tangent is
     /// that of the triangle, made perpendicular to `ns`. A normal that would look inwards is not turned.
     pub fn mapped_normal(&self, t: usize, uv: DVec2, ng: DVec3, ns: DVec3, normals: &ImageTexture) -> DVec3 {
-        let [p, q, r] = self.triangles[t].map(|v| self.positions[v as usize]);
-        let [a, b, c] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|corner| self.uv(t, corner));
-        let (e1, e2, d1, d2) = (q - p, r - p, b - a, c - a);
-        let side = d1.perp_dot(d2).signum();
-        let (along_u, along_v) = ((e1 * d2.y - e2 * d1.y) * side, (e2 * d1.x - e1 * d2.x) * side);
+        let (along_u, along_v, _) = self.directions_of_picture(t);
         let tangent = (along_u - ns * ns.dot(along_u)).normalize_or_zero();
         let up = ns.cross(tangent);
         let up = if up.dot(along_v) > 0.0 { -up } else { up };

@@ -115,6 +115,54 @@ fn film_on_plain_glass() -> Scene {
     s
 }
 
+/// Brushed metal: a ball, a mesh under lacquer, and a wall with a film of which half is as rough in all directions.
+fn brushed() -> Scene {
+    let mut s = hall(4);
+    let metal = |s: &mut Scene, alpha: f64| material(s, Material::Conductor { eta: ramp(0.6, 1.2), k: ramp(2.0, 4.0), alpha });
+    let ball = metal(&mut s, 0.1);
+    s.grains.insert(ball, Grain { strength: 0.8, rotation: 0.6 });
+    shape(&mut s, ball, sphere(dvec3(-0.5, 0.45, 0.3), 0.4));
+    let mesh = metal(&mut s, 0.05);
+    s.grains.insert(mesh, Grain { strength: 0.9, rotation: -1.0 });
+    let lacquered = coated(&mut s, mesh, 0.0);
+    let (mut whole, wall) = (textures::ball(dvec3(0.5, 0.45, 0.3), 0.4), metal(&mut s, 0.2));
+    let Geometry::Mesh(combed) = &mut whole else { unreachable!("a mesh") };
+    Arc::make_mut(combed).comb();
+    shape(&mut s, lacquered, whole);
+    s.grains.insert(wall, Grain { strength: 0.7, rotation: 0.3 });
+    s.films.insert(wall, Film { ior: Ior::constant(1.9), thickness_nm: 250.0 });
+    let plain = metal(&mut s, 0.3);
+    let wall = material(&mut s, Material::Mix { a: wall, b: plain, weight: flat(0.5).into() });
+    let mut quad = textures::quad(dvec3(-1.0, 0.0, -0.4), dvec3(2.0, 0.3, 0.0), dvec3(-0.4, 1.6, 0.0));
+    let Geometry::Mesh(combed) = &mut quad else { unreachable!("a mesh") };
+    Arc::make_mut(combed).comb();
+    shape(&mut s, wall, quad);
+    s
+}
+
+/// Cloth: over paint, over rough metal in part, and over lacquered metal.
+fn sheens() -> Scene {
+    let mut s = hall(4);
+    let sheen = |s: &mut Scene, base, alpha| material(s, Material::Sheen { base, color: ramp(0.9, 0.4), alpha });
+    let paint = sheen(&mut s, 0, 0.25);
+    shape(&mut s, paint, sphere(dvec3(-0.7, 0.5, 0.2), 0.34));
+    let metal = material(&mut s, Material::Conductor { eta: ramp(0.6, 1.2), k: ramp(2.0, 4.0), alpha: 0.3 });
+    let part = material(&mut s, Material::Mix { a: metal, b: 0, weight: ramp(0.2, 0.8).into() });
+    let narrow = sheen(&mut s, part, 0.02);
+    shape(&mut s, narrow, sphere(dvec3(0.0, 0.5, 0.2), 0.34));
+    let lacquered = coated(&mut s, metal, 0.0);
+    let wide = sheen(&mut s, lacquered, 0.8);
+    shape(&mut s, wide, sphere(dvec3(0.7, 0.5, 0.2), 0.34));
+    s
+}
+
+/// A cloth under a pane that all light to it passes, as of the floor under glass: only gathering finds anything without chance hits.
+fn cloth_under_glass() -> Scene {
+    let mut s = floor_under_glass();
+    s.shapes[0].material = material(&mut s, Material::Sheen { base: 0, color: ramp(0.5, 1.0), alpha: 0.5 });
+    s
+}
+
 fn coated(s: &mut Scene, base: usize, alpha: f64) -> usize {
     material(s, Material::Coated { base, ior: flint(), alpha })
 }
@@ -359,6 +407,9 @@ agree! {
     mixtures, 96, 1.0, mixture();
     thin_films, 96, 1.0, films();
     a_film_on_plain_glass, 96, 1.0, film_on_plain_glass();
+    brushed_metals, 96, 1.0, brushed();
+    sheens_over_all_kinds, 96, 1.0, sheens();
+    cloth_seen_through_glass, 320, 4.0, cloth_under_glass();
     coated_smoothly, 96, 1.0, coated_paint(0.0);
     coated_roughly, 96, 1.0, coated_paint(0.2);
     metals_under_coats, 96, 1.0, coated_metals();

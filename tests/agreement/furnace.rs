@@ -5,6 +5,8 @@ use crate::compare::{against, agree, gpu, pairs};
 use crate::support::*;
 use abbe::bsdf::coat::Coat;
 use abbe::bsdf::energy::EnergyTable;
+use abbe::bsdf::fresnel;
+use abbe::bsdf::sheen::Sheen;
 use abbe::scene::*;
 use abbe::spectrum::{Formula, Ior, Spectrum};
 use glam::{DVec3, dvec3};
@@ -95,6 +97,14 @@ fn rough_surfaces_in_uniform_light_cannot_be_seen() {
         shape(s, m, sphere(DVec3::ZERO, 1.0));
     });
     cannot_be_seen("rough mirror", &mirror, 128);
+    for (alpha, strength) in [(0.05, 0.7), (0.3, 1.0)] {
+        let brushed = furnace(|s| {
+            let m = material(s, Material::Conductor { eta: flat(1e-6), k: flat(10.0), alpha });
+            s.grains.insert(m, Grain { strength, rotation: 0.4 });
+            shape(s, m, sphere(DVec3::ZERO, 1.0));
+        });
+        cannot_be_seen(&format!("brushed mirror {alpha} {strength}"), &brushed, 128);
+    }
     for alpha in [0.0, 0.3] {
         let coated = furnace(|s| {
             let white = material(s, Material::Diffuse { reflectance: flat(1.0).into() });
@@ -102,6 +112,38 @@ fn rough_surfaces_in_uniform_light_cannot_be_seen() {
             shape(s, m, sphere(DVec3::ZERO, 1.0));
         });
         cannot_be_seen(&format!("white under a coat {alpha}"), &coated, 32);
+    }
+}
+
+/// Sheen over black and over white in uniform light, seen at three angles: its own albedo, and together never more than all light.
+#[test]
+fn sheen_in_uniform_light_is_as_bright_as_its_albedo() {
+    for (mu, alpha) in [(0.03f64, 0.02), (0.25, 0.3), (0.9, 1.0)] {
+        let sheen = Sheen::new(alpha, 0.9);
+        let wi = dvec3((1.0 - mu * mu).sqrt(), 0.0, mu);
+        // The midpoint rule over the root of the cosine and the azimuth.
+        let (mut own, mut below) = (0.0, 0.0);
+        for i in 0..400 {
+            let x = (f64::from(i) + 0.5) / 400.0;
+            let (z, r) = (x * x, (1.0 - x.powi(4)).sqrt());
+            below += 4.0 * x * z * sheen.over(mu, z) / 400.0;
+            for k in 0..200 {
+                let phi = PI * (f64::from(k) + 0.5) / 200.0;
+                own += 4.0 * PI * x * sheen.eval(wi, dvec3(r * phi.cos(), r * phi.sin(), z)) / 80_000.0;
+            }
+        }
+        for (rho, exact) in [(0.0, 0.9 * own), (1.0, 0.9 * own + below)] {
+            let mut s = scene(16, 16, 4, orthographic(10.0 * dvec3(0.0, mu, (1.0 - mu * mu).sqrt()), DVec3::ZERO, 0.1));
+            s.materials[0] = Material::Diffuse { reflectance: flat(rho).into() };
+            let m = material(&mut s, Material::Sheen { base: 0, color: flat(0.9), alpha });
+            shape(&mut s, m, disc(DVec3::ZERO, DVec3::Y, 3.0));
+            s.lights.push(Light::Constant { radiance: flat(1.0) });
+            for (bin, f) in gpu(&s, 3, 64).figures().bins.iter().enumerate() {
+                println!("mu {mu} alpha {alpha} over {rho}: bin {bin}: {} +- {}, exact {exact}", f.mean, f.error);
+                assert!((f.mean - exact).abs() < threshold(4, f.dof) * f.error + 1e-3, "mu {mu} over {rho}: {f:?}, not {exact}");
+                assert!(f.error < 5e-3 && f.mean < 1.001, "mu {mu} over {rho}: {f:?}");
+            }
+        }
     }
 }
 
@@ -147,6 +189,30 @@ fn paint_under_a_coat_seen_through_glass_is_as_bright_as_its_coat_lets_it_be() {
             assert!((f.mean - exact).abs() < limit, "coat {alpha}: bin {bin}: {f:?} instead of {exact}");
             assert!(f.error < 5e-3 * exact, "coat {alpha}: bin {bin}: {f:?} tells nothing");
         }
+    }
+}
+
+/// Likewise under sheen, whose own reflection is not found so.
+#[test]
+fn paint_under_sheen_seen_through_glass_is_as_bright_as_its_sheen_lets_it_be() {
+    let (rho, mu) = (0.5, 15f64.to_radians().sin());
+    let mut s = scene(16, 16, 4, orthographic(dvec3(0.0, 1.0, 0.0), DVec3::ZERO, 0.5));
+    s.materials[0] = Material::Diffuse { reflectance: flat(rho).into() };
+    let floor = material(&mut s, Material::Sheen { base: 0, color: flat(0.8), alpha: 0.5 });
+    shape(&mut s, floor, disc(DVec3::ZERO, DVec3::Y, 2.0));
+    let pane = glass(&mut s, solid("pane", 1.005, 1), 0.0);
+    shape(&mut s, pane, cuboid(dvec3(-5.0, 0.4, -5.0), dvec3(5.0, 0.5, 5.0)));
+    let direction = dvec3((1.0 - mu * mu).sqrt(), -mu, 0.0);
+    s.lights.push(Light::Beam { origin: direction * -3.0, direction, radius: 1.0, irradiance: flat(1.0) });
+    let sheen = Sheen::new(0.5, 0.8);
+    // What little the pane reflects at this angle.
+    let pane = 1.0 - fresnel::thin_pane(mu, 1.005);
+    let exact = pane * mu / PI * rho * sheen.over(mu, 1.0);
+    assert!(sheen.over(mu, 1.0) < 0.7, "little to tell");
+    for (bin, f) in gpu(&s, 3, 8).figures().bins.iter().enumerate() {
+        println!("bin {bin}: {} +- {}, exact {exact}", f.mean, f.error);
+        assert!((f.mean - exact).abs() < threshold(4, f.dof) * f.error + 5e-3 * exact, "bin {bin}: {f:?} instead of {exact}");
+        assert!(f.error < 5e-3 * exact, "bin {bin}: {f:?} tells nothing");
     }
 }
 

@@ -7,7 +7,7 @@ use crate::support::*;
 use abbe::film::Film;
 use abbe::integrator::GpuIntegrator;
 use abbe::render::Integrator;
-use abbe::scene::{Geometry, Instance, Material, Mesh, Scene};
+use abbe::scene::{Geometry, Grain, Instance, Material, Mesh, Scene};
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3, dvec3};
 use std::sync::Arc;
 
@@ -19,11 +19,13 @@ fn ball(smooth: bool) -> Mesh {
     mesh.uvs = mesh.positions.iter().map(|p| DVec2::new(p.x, p.y)).collect();
     if !smooth {
         mesh.normals.clear();
+    } else {
+        mesh.comb();
     }
     mesh
 }
 
-/// The room with the mesh in these places, in turn diffuse, of glass and textured.
+/// The room with the mesh in these places, in turn diffuse, of glass, textured and, if it has tangents, brushed.
 fn room_with(mesh: Mesh, places: &[DAffine3]) -> Scene {
     let mut s = room(4, 32);
     let chalk = material(&mut s, Material::Diffuse { reflectance: ramp(0.2, 0.9).into() });
@@ -32,7 +34,10 @@ fn room_with(mesh: Mesh, places: &[DAffine3]) -> Scene {
     let glass = glass(&mut s, solid, 0.0);
     let painted = material(&mut s, Material::Diffuse { reflectance: crate::textures::tiles() });
     let mesh = Arc::new(mesh);
-    for (place, m) in places.iter().zip([chalk, glass, painted].into_iter().cycle()) {
+    let brushed = material(&mut s, Material::Conductor { eta: flat(1.0), k: flat(4.0), alpha: 0.1 });
+    s.grains.insert(brushed, Grain { strength: 0.8, rotation: 0.3 });
+    let materials = if mesh.tangents.is_empty() { vec![chalk, glass, painted] } else { vec![chalk, glass, painted, brushed] };
+    for (place, m) in places.iter().zip(materials.into_iter().cycle()) {
         shape(&mut s, m, Geometry::Instance(Instance::new(mesh.clone(), *place)));
     }
     s
@@ -73,6 +78,7 @@ fn instances_turned_and_stretched_look_like_meshes_of_their_own() {
         place(dvec3(0.2, 0.35, 0.25), dvec3(1.0, 2.0, 3.0), dvec3(-0.55, 0.5, 0.0)),
         place(dvec3(0.3, 0.2, 0.25), dvec3(-1.0, 2.0, 0.5), dvec3(0.2, 0.5, 0.3)),
         place(dvec3(0.12, 0.3, 0.12), dvec3(0.3, -0.2, 1.0), dvec3(0.75, 0.4, 0.4)),
+        place(dvec3(0.4, 0.3, 0.35), dvec3(0.2, 0.3, 1.0), dvec3(0.0, 0.8, -0.2)),
     ];
     let scene = room_with(ball(true), &places);
     let (shared, own) = (gpu(&scene, 1, 16), gpu(&scene.flattened(), 2, 16));

@@ -30,6 +30,10 @@ subsets! {
     glass_without_light_paths_of_any_kind, "cornell_spheres", 128, 1.0, light_paths, gathering;
     glass_without_guiding, "cornell_spheres", 128, 1.6, guiding;
     glass_without_light_samples, "cornell_spheres", 128, 1.6, light_samples;
+    brushed_metal_without_light_paths, "brushed_metals", 96, 1.0, light_paths, gathering;
+    brushed_metal_without_light_samples, "brushed_metals", 96, 1.6, light_samples;
+    sheen_without_light_paths, "sheens_over_all_kinds", 96, 1.0, light_paths, gathering;
+    sheen_without_light_samples, "sheens_over_all_kinds", 96, 1.6, light_samples;
     gathering_alone, "floor_seen_through_glass", 320, 6.0, chance_hits, light_samples;
     rough_glass_without_gathering, "rough_glass_little", 160, 1.0, gathering;
     rough_glass_without_joints, "rough_glass_little", 160, 1.0, light_paths;

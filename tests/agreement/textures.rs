@@ -28,14 +28,14 @@ fn on(texture: ImageTexture) -> Texture {
 }
 
 /// A parallelogram whose corner has the texture coordinates (0, 1).
-fn quad(corner: DVec3, u: DVec3, v: DVec3) -> Geometry {
+pub fn quad(corner: DVec3, u: DVec3, v: DVec3) -> Geometry {
     let uvs = [dvec2(0.0, 1.0), dvec2(1.0, 1.0), dvec2(1.0, 0.0), dvec2(0.0, 0.0)].to_vec();
     let positions = vec![corner, corner + u, corner + u + v, corner + v];
     Geometry::Mesh(Arc::new(Mesh { positions, uvs, triangles: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() }))
 }
 
 /// A coarse ball, its texture coordinates from -1 to 2, as a screen for wrapping.
-fn ball(center: DVec3, radius: f64) -> Geometry {
+pub fn ball(center: DVec3, radius: f64) -> Geometry {
     let Geometry::Mesh(mesh) = smooth_ball(center, radius) else { unreachable!("a mesh") };
     let uvs = mesh.positions.iter().map(|p| DVec2::splat(0.5) + 1.5 * (*p - center).truncate() / radius).collect();
     Geometry::Mesh(Arc::new(Mesh { uvs, ..Mesh::clone(&mesh) }))

@@ -17,7 +17,7 @@ pub fn base64(bytes: &[u8]) -> String {
 }
 
 /// Two triangles: positions as floats and indices as bytes, in a data URI.
-fn document() -> Value {
+pub fn document() -> Value {
     let mut bytes: Vec<u8> = [0.0f32, 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0.].iter().flat_map(|v| v.to_le_bytes()).collect();
     bytes.extend([0u8, 1, 2, 0, 2, 3]);
     let base64 = base64(&bytes);
@@ -49,7 +49,7 @@ fn document() -> Value {
     })
 }
 
-fn load_document(name: &str, document: &Value) -> abbe::Result<Scene> {
+pub fn load_document(name: &str, document: &Value) -> abbe::Result<Scene> {
     let path: PathBuf = std::env::temp_dir().join(format!("abbe-{name}-{}.gltf", std::process::id()));
     std::fs::write(&path, document.to_string()).unwrap();
     let scene = load(&path, &LoadOptions::default());
