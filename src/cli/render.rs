@@ -105,7 +105,7 @@ pub fn run(args: &Args) -> Outcome {
     let bins = &scene.film.bins;
     let png = is_visible(bins.min_nm, bins.max_nm).then_some(png);
     // Before the work, not after it.
-    [Some(&exr), png.as_ref()].into_iter().flatten().try_for_each(|path| check_writable(path))?;
+    [Some(&exr), png.as_ref()].into_iter().flatten().try_for_each(|path| check_writable(path, &scene.sources))?;
     if talkative {
         let end = if png.is_none() { "; no picture is made" } else { "" };
         let lack = lacks_for_colour(bins.min_nm, bins.max_nm).map(|lack| lack + end);

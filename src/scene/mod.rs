@@ -46,6 +46,7 @@ use crate::bsdf::film::Stack;
 use crate::spectrum::{Ior, Spectrum};
 use glam::{DMat3, DVec2, DVec3};
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A complete scene.
@@ -76,6 +77,8 @@ pub struct Scene {
     /// Hash of the scene file and of all files that it includes, so that a picture can be told from that of a changed scene; 0 for a scene that
     /// was not read from files.
     pub source_hash: u64,
+    /// The files that the scene was read from, without links: nothing may be written over them.
+    pub sources: Vec<PathBuf>,
 }
 
 impl Scene {
