@@ -32,7 +32,7 @@ pub mod texture;
 mod transform;
 mod units;
 
-pub use advice::advice;
+pub use advice::{advice, inside_out};
 pub use instance::Instance;
 pub(crate) use json::{quoted, suggest};
 pub use lights::luminous_flux_lm;
