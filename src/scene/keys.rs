@@ -67,7 +67,8 @@ pub const KEYS: &[(&str, &[&str])] = &[
     ("box", &["min", "max"]),
     ("prism", &["polygon", "length"]),
     ("mesh", &["file", "smooth"]),
-    ("gltf", &["file", "override"]),
+    ("gltf", &["file", "override", "lights"]),
+    ("relit", &["intensity", "irradiance", "profile", "rotate_deg"]),
     (
         "override",
         &["diffuse", "dielectric", "thin_dielectric", "conductor", "coated", "mix", "boundary", "normal_map", "use", "emission"],

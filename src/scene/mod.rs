@@ -8,6 +8,7 @@ mod environment;
 mod files;
 mod gltf;
 mod gltf_file;
+mod gltf_light;
 mod gltf_material;
 mod gltf_override;
 mod gltf_texture;
