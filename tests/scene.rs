@@ -8,6 +8,8 @@ mod geometry;
 mod gltf;
 #[path = "scene/instances.rs"]
 mod instances;
+#[path = "scene/khronos.rs"]
+mod khronos;
 #[path = "scene/malformed.rs"]
 mod malformed;
 #[path = "scene/profiles.rs"]
