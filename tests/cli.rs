@@ -9,6 +9,8 @@ mod check;
 mod compare;
 #[path = "cli/glass.rs"]
 mod glass;
+#[path = "cli/outputs.rs"]
+mod outputs;
 #[path = "cli/probe.rs"]
 mod probe;
 #[path = "cli/support.rs"]

@@ -10,6 +10,8 @@ mod gltf;
 mod grain;
 #[path = "scene/instances.rs"]
 mod instances;
+#[path = "scene/khronos.rs"]
+mod khronos;
 #[path = "scene/malformed.rs"]
 mod malformed;
 #[path = "scene/profiles.rs"]

@@ -27,6 +27,11 @@ impl BandsArgs {
         })
     }
 
+    /// The file that says so.
+    pub fn table(&self) -> Option<&Path> {
+        if let Some(Source::Table(path)) = &self.bands { Some(path) } else { None }
+    }
+
     /// Reads an image with them.
     pub fn read(&self, path: &Path) -> Result<SpectralImage> {
         SpectralImage::read_with(path, self.bands()?.as_ref())

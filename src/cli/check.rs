@@ -5,8 +5,9 @@ use super::info::{light_name, sensor_name, summary};
 use super::load::SceneArgs;
 use super::{Done, Outcome, print::out};
 use crate::integrator::Plan;
-use crate::scene::{Light, Material, Scene, advice};
+use crate::scene::{Material, Scene, advice};
 use crate::spectrum::Ior;
+use std::collections::HashMap;
 
 const EXAMPLES: &str = "Examples:
   abbe check scenes/newton.json
@@ -43,6 +44,28 @@ pub fn run(args: &Args) -> Outcome {
     Ok(Done::Completely)
 }
 
+/// Things of a kind that are named, at most.
+const MOST_NAMED: usize = 12;
+
+/// Each of `names` once, with how often it comes; of many only the first, and how many other `things` there are.
+fn few(names: impl IntoIterator<Item = String>, things: &str) -> Vec<String> {
+    let mut order: Vec<String> = Vec::new();
+    let mut times: HashMap<String, usize> = HashMap::new();
+    for name in names {
+        let count = times.entry(name.clone()).or_insert(0);
+        *count += 1;
+        if *count == 1 {
+            order.push(name);
+        }
+    }
+    let others: usize = order.iter().skip(MOST_NAMED).map(|name| times[name]).sum();
+    let named = order.iter().take(MOST_NAMED).map(|name| match times[name] {
+        1 => name.clone(),
+        n => format!("{name} ({n} times)"),
+    });
+    named.chain((others > 0).then(|| format!("and {others} more {things}"))).collect()
+}
+
 /// What will be rendered.
 fn explain(scene: &Scene, plan: &Plan) -> Vec<String> {
     let (film, bins) = (&scene.film, &scene.film.bins);
@@ -56,8 +79,9 @@ fn explain(scene: &Scene, plan: &Plan) -> Vec<String> {
         sensor_name(&scene.sensor)
     )];
     let lamps = scene.shapes.iter().filter(|s| s.emission.is_some()).map(|s| format!("{:?} (shape)", s.name));
-    let lights: Vec<String> = scene.lights.iter().map(|l: &Light| light_name(l)).chain(lamps).collect();
+    let lights = few(scene.lights.iter().map(light_name).chain(lamps), "lights");
     lines.push(format!("light: {}", if lights.is_empty() { "none".into() } else { lights.join(", ") }));
+    let mut volumes = Vec::new();
     for interior in &scene.interiors[1..] {
         let mut parts = vec![index(&interior.ior, bins.min_nm, bins.max_nm)];
         if !interior.sigma_a.is_zero() {
@@ -66,11 +90,11 @@ fn explain(scene: &Scene, plan: &Plan) -> Vec<String> {
         if !interior.sigma_s.is_zero() {
             parts.push(format!("scatters {:.3} per m at 550 nm", interior.sigma_s.eval(550.0)));
         }
-        lines.push(format!("volume {:?}: {}", interior.name, parts.join(", ")));
+        volumes.push(format!("volume {:?}: {}", interior.name, parts.join(", ")));
     }
-    let panes: Vec<&Ior> =
-        scene.materials.iter().filter_map(|m| if let Material::ThinDielectric { ior } = m { Some(ior) } else { None }).collect();
-    lines.extend(panes.iter().map(|ior| format!("thin panes: {}", index(ior, bins.min_nm, bins.max_nm))));
+    lines.extend(few(volumes, "volumes"));
+    let panes = scene.materials.iter().filter_map(|m| if let Material::ThinDielectric { ior } = m { Some(ior) } else { None });
+    lines.extend(few(panes.map(|ior| format!("thin panes: {}", index(ior, bins.min_nm, bins.max_nm))), "thin panes"));
     if plan.texture_bytes > 0 {
         lines.push(format!("pictures on surfaces: {:.1} MiB of spectra", plan.texture_bytes as f64 / 1048576.0));
     }

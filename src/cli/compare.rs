@@ -289,7 +289,7 @@ impl Comparison {
 
     /// Writes the picture and returns the difference of its fullest colour.
     fn draw(&self, path: &Path, image: &SpectralImage, args: &Args) -> Result<f64> {
-        check_writable(path)?;
+        check_writable(path, args.bands.table())?;
         let difference: Vec<f64> = match args.picture {
             Shown::Luminance => self.luminance[0].iter().zip(&self.luminance[1]).map(|(a, b)| a - b).collect(),
             Shown::DeltaE => self.delta_e.clone(),

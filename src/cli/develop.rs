@@ -100,14 +100,7 @@ enum Exposure {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let format = Format::of(&args.output);
-    check_writable(&args.output)?;
-    if args.input.canonicalize().is_ok_and(|input| args.output.canonicalize().is_ok_and(|output| input == output)) {
-        return Err(Error::file(
-            &args.output,
-            "this is the spectral file itself, which the picture would replace",
-            "choose another name with -o",
-        ));
-    }
+    check_writable(&args.output, args.bands.table().into_iter().chain([args.input.as_path()]))?;
     let image = args.bands.read(&args.input)?;
     let illuminant = args.illuminant.clone().unwrap_or_else(d65);
     let colours = image.xyz(args.observer, &illuminant);

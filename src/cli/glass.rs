@@ -55,7 +55,7 @@ pub fn run(args: &Args) -> Outcome {
     }
     let glasses = args.names.iter().map(|name| Glass::find(name)).collect::<Result<Vec<_>>>()?;
     if let Some(path) = &args.output {
-        check_writable(path)?;
+        check_writable(path, None::<&PathBuf>)?;
         write_text(path, &plot(&glasses).svg())?;
     }
     let steps = ((VISIBLE.1 - VISIBLE.0) as u32).div_ceil(args.step);

@@ -51,7 +51,7 @@ pub fn run(args: &Args) -> Outcome {
     let probes = args.regions.iter().map(|region| Probe::of(&image, region, args)).collect::<Result<Vec<_>>>()?;
     let quantity = Quantity::of(&image);
     if let Some(path) = &args.output {
-        check_writable(path)?;
+        check_writable(path, args.bands.table().into_iter().chain([args.image.as_path()]))?;
         write_text(path, &plot(&image, &quantity, &probes, args).svg())?;
     }
     if args.json {

@@ -14,7 +14,7 @@ use crate::output::exr::Aovs;
 use crate::output::picture::Precision;
 use crate::output::{Provenance, check_writable, write_exr, write_picture};
 use crate::render::{BatchStats, Ended, Stop, Summary, render};
-use crate::scene::{Scene, Sensor};
+use crate::scene::{Scene, Sensor, inside_out};
 use crate::spectrum::library::Observer;
 use serde_json::{Value, json};
 use std::ops::ControlFlow;
@@ -105,11 +105,11 @@ pub fn run(args: &Args) -> Outcome {
     let bins = &scene.film.bins;
     let png = is_visible(bins.min_nm, bins.max_nm).then_some(png);
     // Before the work, not after it.
-    [Some(&exr), png.as_ref()].into_iter().flatten().try_for_each(|path| check_writable(path))?;
+    [Some(&exr), png.as_ref()].into_iter().flatten().try_for_each(|path| check_writable(path, &scene.sources))?;
     if talkative {
         let end = if png.is_none() { "; no picture is made" } else { "" };
         let lack = lacks_for_colour(bins.min_nm, bins.max_nm).map(|lack| lack + end);
-        stages.aside(|| scene.notes.iter().chain(&lack).for_each(|n| note(&format!("note: {n}"))));
+        stages.aside(|| scene.notes.iter().chain(&lack).chain(&inside_out(&scene)).for_each(|n| note(&format!("note: {n}"))));
     }
     let setup = Instant::now();
     let mut film = Film::try_new(&scene.film)?;

@@ -122,6 +122,13 @@ impl Primitives {
             return Err(Error::usage("the scene has more than 536 million primitives", "use coarser meshes"));
         }
         let boxes: Vec<_> = all.iter().map(Primitive::bounds).collect();
+        if bvh::is_crowded(&boxes) {
+            let problem = format!("more than {} surfaces lie in one place", bvh::MOST_IN_ONE_PLACE);
+            return Err(Error::usage(
+                problem,
+                "remove the copies, or scale the scene if single precision cannot tell them apart",
+            ));
+        }
         let bvh = bvh::build(&boxes, padding);
         self.stack = self.stack.max(bvh.stack);
         self.nodes.extend(bvh.nodes.into_iter().map(|mut node| {

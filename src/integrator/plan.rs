@@ -313,6 +313,9 @@ fn volumes_touch(scene: &Scene) -> bool {
 
 /// Do two of these boxes overlap, one of which at least is marked? Only those that overlap along x are looked at.
 fn some_meet(mut boxes: Vec<(bool, Bounds)>) -> bool {
+    if !boxes.iter().any(|(marked, _)| *marked) {
+        return false;
+    }
     boxes.sort_by(|a, b| a.1.min.x.total_cmp(&b.1.min.x));
     boxes.iter().enumerate().any(|(i, a)| {
         let near = boxes[i + 1..].iter().take_while(|b| b.1.min.x <= a.1.max.x);

@@ -122,7 +122,15 @@ pub fn write_text(path: &Path, text: &str) -> Result<()> {
     replace_file(path, |file| file.write_all(text.as_bytes()))
 }
 
-/// Finds out whether [`replace_file`] would succeed, without touching what is there.
-pub fn check_writable(path: &Path) -> Result<()> {
+/// Finds out whether [`replace_file`] would succeed, without touching what is there, and that it would not replace one of `inputs`.
+pub fn check_writable<P: AsRef<Path>>(path: &Path, inputs: impl IntoIterator<Item = P>) -> Result<()> {
+    let canonical = path.canonicalize().ok();
+    if canonical.is_some_and(|output| inputs.into_iter().any(|input| input.as_ref().canonicalize().is_ok_and(|i| i == output))) {
+        return Err(Error::file(
+            path,
+            "this is one of the files to be read, which would be replaced",
+            "choose another name with -o",
+        ));
+    }
     Temporary::create(path).map(drop).map_err(|e| Error::file(path, format!("cannot write here: {e}"), REMEDY))
 }

@@ -1,10 +1,11 @@
 //! What is probably not meant in a scene that is right by the letter: each line says what, where, and what to do about it.
 
-use super::{Geometry, Interior, Light, Material, Scene, Shape};
+use super::{Geometry, Interior, Light, Material, Mesh, Scene, Shape, mesh};
 use crate::geometry::{Bounds, bounds, bounds_of_all, corners};
 use crate::reference::initial_interiors;
 use glam::{DVec2, DVec3};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
 
 /// Glass larger than this, or scenes larger than [`LARGEST_SCENE`], were probably made in millimetres; m.
 const LARGEST_GLASS: f64 = 20.0;
@@ -13,24 +14,53 @@ const LARGEST_SCENE: f64 = 1000.0;
 /// Pairs of faces in one plane that are looked at, at most.
 const MOST_PAIRS: usize = 100_000;
 
+/// Lamps of which it is looked up whether they lie in glass, at most.
+const MOST_LAMPS: usize = 1000;
+/// Lines of a kind at most; the others are counted.
+const MOST_LINES: usize = 5;
+
 /// Advice on a scene, one line each: nothing where nothing looks like a mistake.
 pub fn advice(scene: &Scene) -> Vec<String> {
-    let mut out = Vec::new();
-    unlit(scene, &mut out);
-    for interior in 1..scene.interiors.len() {
-        solid(scene, interior, &mut out);
+    let kinds = [unlit(scene), solids(scene), inside_out(scene), overlapping_faces(scene), lights_inside(scene), units(scene)];
+    kinds.into_iter().flat_map(few).collect()
+}
+
+/// The first few of these lines, and how many more there are.
+fn few(mut lines: Vec<String>) -> Vec<String> {
+    let more = lines.len().saturating_sub(MOST_LINES);
+    if more > 0 {
+        lines.truncate(MOST_LINES);
+        lines.push(format!("and {more} more like the last one; what helps it helps them"));
     }
-    overlapping_faces(scene, &mut out);
-    lights_inside(scene, &mut out);
-    units(scene, &mut out);
-    out
+    lines
+}
+
+/// Volumes whose triangles face inwards.
+pub fn inside_out(scene: &Scene) -> Vec<String> {
+    let mut volumes: HashMap<*const Mesh, f64> = HashMap::new();
+    let is_inside_out = |shape: &&Shape| match &shape.geometry {
+        Geometry::Mesh(mesh) => mesh::volume(mesh) < 0.0,
+        Geometry::Instance(instance) => {
+            let own = *volumes.entry(Arc::as_ptr(instance.mesh())).or_insert_with(|| mesh::volume(instance.mesh()));
+            own * instance.to_world().matrix3.determinant() < 0.0
+        }
+        _ => false,
+    };
+    let volumes = scene.shapes.iter().filter(|s| interior_of(scene, s.material).is_some());
+    let line = |s: &Shape| {
+        format!(
+            "the triangles of {:?} face inwards, so its inside is outside; turn them round (Blender: Mesh > Normals > Recalculate Outside)",
+            s.name
+        )
+    };
+    volumes.filter(is_inside_out).map(line).collect()
 }
 
 fn emits(shape: &Shape) -> bool {
     shape.emission.as_ref().is_some_and(|e| !e.radiance.is_zero())
 }
 
-fn unlit(scene: &Scene, out: &mut Vec<String>) {
+fn unlit(scene: &Scene) -> Vec<String> {
     let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
     let dark = |light: &Light| match light {
         Light::Point { intensity, .. } | Light::Spot { intensity, .. } | Light::Profile { intensity, .. } => {
@@ -41,8 +71,9 @@ fn unlit(scene: &Scene, out: &mut Vec<String>) {
         Light::Image(map) => map.texels.iter().all(|t| t[3] == 0.0),
     };
     if scene.lights.iter().all(dark) && !scene.shapes.iter().any(emits) {
-        out.push("nothing gives light, so the picture will be black; add \"lights\", or \"emission\" to a shape".into());
+        return vec!["nothing gives light, so the picture will be black; add \"lights\", or \"emission\" to a shape".into()];
     }
+    Vec::new()
 }
 
 /// The interior that a material encloses.
@@ -50,14 +81,26 @@ fn interior_of(scene: &Scene, material: usize) -> Option<usize> {
     match &scene.materials[material] {
         Material::Mix { a, b, .. } => interior_of(scene, *a).or_else(|| interior_of(scene, *b)),
         Material::NormalMapped { base, .. } => interior_of(scene, *base),
+        Material::Graded { first, .. } => interior_of(scene, *first),
         _ => scene.interior_of(material),
     }
 }
 
-/// Is the surface of a volume closed, and are its faces turned one way? All shapes of it count together.
-fn solid(scene: &Scene, interior: usize, out: &mut Vec<String>) {
-    let name = &scene.interiors[interior].name;
-    let parts: Vec<&Shape> = scene.shapes.iter().filter(|s| interior_of(scene, s.material) == Some(interior)).collect();
+/// Are the surfaces of volumes closed, and are their faces turned one way?
+fn solids(scene: &Scene) -> Vec<String> {
+    let mut parts: BTreeMap<usize, Vec<&Shape>> = BTreeMap::new();
+    for shape in &scene.shapes {
+        if let Some(interior) = interior_of(scene, shape.material) {
+            parts.entry(interior).or_default().push(shape);
+        }
+    }
+    let mut out = Vec::new();
+    parts.iter().for_each(|(&interior, parts)| solid(&scene.interiors[interior].name, parts, &mut out));
+    out
+}
+
+/// All shapes that bound the volume `name` count together.
+fn solid(name: &str, parts: &[&Shape], out: &mut Vec<String>) {
     let is_disc =
         |at: DVec3| parts.iter().any(|s| matches!(&s.geometry, Geometry::Disc { center, .. } if center.distance(at) < 1e-6));
     // Edges by the places of their ends, of which those within rounding (in seams, of single precision) are one: how often they are passed one way and
@@ -66,7 +109,7 @@ fn solid(scene: &Scene, interior: usize, out: &mut Vec<String>) {
     let size = parts.iter().fold(Bounds::EMPTY, |b, s| b.union(bounds(&s.geometry)));
     let grain = (1e-6 * (size.max - size.min).length()).max(f64::MIN_POSITIVE);
     let (mut area, mut sum) = (0.0, DVec3::ZERO);
-    for shape in &parts {
+    for shape in parts {
         match &shape.geometry {
             Geometry::Mesh(mesh) => {
                 for t in 0..mesh.triangles.len() {
@@ -115,10 +158,10 @@ struct Face {
 
 /// Opaque faces of two shapes that lie in one plane, overlap and look the same way: which of them is seen is up to chance. (Faces that touch back to back, as
 /// of a box on a table, are never seen.)
-fn overlapping_faces(scene: &Scene, out: &mut Vec<String>) {
+fn overlapping_faces(scene: &Scene) -> Vec<String> {
     let size = bounds_of_all(&scene.shapes);
     if size.is_empty() {
-        return;
+        return Vec::new();
     }
     let scale = (size.max - size.min).length().max(1e-9);
     let opaque = |m: usize| {
@@ -139,28 +182,30 @@ fn overlapping_faces(scene: &Scene, out: &mut Vec<String>) {
         }
     }
     let mut pairs = 0;
-    let mut said: Vec<[usize; 2]> = Vec::new();
-    for faces in planes.values() {
+    let mut said: BTreeSet<[usize; 2]> = BTreeSet::new();
+    'all: for faces in planes.values() {
         for (i, a) in faces.iter().enumerate() {
             for b in &faces[..i] {
                 pairs += 1;
                 if pairs > MOST_PAIRS {
-                    break;
+                    break 'all;
                 }
                 let shapes = [a.shape.min(b.shape), a.shape.max(b.shape)];
                 if a.shape != b.shape && !said.contains(&shapes) && overlap(&a.corners, &b.corners) {
-                    said.push(shapes);
+                    said.insert(shapes);
                 }
             }
         }
     }
-    said.sort_unstable();
-    for [a, b] in said {
-        out.push(format!(
+    let name = |shape: usize| &scene.shapes[shape].name;
+    let line = |[a, b]: [usize; 2]| {
+        format!(
             "{:?} and {:?} overlap in one plane, and which is seen is up to rounding; move them apart or remove one",
-            scene.shapes[a].name, scene.shapes[b].name
-        ));
-    }
+            name(a),
+            name(b)
+        )
+    };
+    said.into_iter().map(line).collect()
 }
 
 /// Do two triangles share an area? By their separating axes; a touch within 1e-6 of their size is none.
@@ -178,7 +223,7 @@ fn overlap(a: &[DVec2; 3], b: &[DVec2; 3]) -> bool {
 }
 
 /// Lamps in glass: mostly those that were meant to stand before it.
-fn lights_inside(scene: &Scene, out: &mut Vec<String>) {
+fn lights_inside(scene: &Scene) -> Vec<String> {
     let mut places: Vec<(String, DVec3)> = Vec::new();
     for light in &scene.lights {
         match light {
@@ -197,16 +242,17 @@ fn lights_inside(scene: &Scene, out: &mut Vec<String>) {
         };
         places.push((format!("the lamp {:?}", shape.name), at));
     }
+    places.truncate(MOST_LAMPS);
     let points: Vec<DVec3> = places.iter().map(|(_, p)| *p).collect();
     let around: &Interior = &scene.interiors[0];
-    for ((what, _), inside) in places.iter().zip(initial_interiors(scene, &points)) {
-        if let Some(glass) = inside.iter().map(|&i| &scene.interiors[i]).find(|i| i.ior != around.ior) {
-            out.push(format!("{what} lies inside {:?}; if it should shine on it from outside, move it out", glass.name));
-        }
-    }
+    let line = |((what, _), inside): (&(String, DVec3), Vec<usize>)| {
+        let glass = inside.iter().map(|&i| &scene.interiors[i]).find(|i| i.ior != around.ior)?;
+        Some(format!("{what} lies inside {:?}; if it should shine on it from outside, move it out", glass.name))
+    };
+    places.iter().zip(initial_interiors(scene, &points)).filter_map(line).collect()
 }
 
-fn units(scene: &Scene, out: &mut Vec<String>) {
+fn units(scene: &Scene) -> Vec<String> {
     let size = |b: Bounds| if b.is_empty() { 0.0 } else { (b.max - b.min).max_element() };
     let whole = size(bounds_of_all(&scene.shapes));
     let is_glass = |s: &&Shape| matches!(scene.materials[s.material], Material::Dielectric { .. });
@@ -214,8 +260,8 @@ fn units(scene: &Scene, out: &mut Vec<String>) {
         scene.shapes.iter().filter(is_glass).map(|s| (size(bounds(&s.geometry)), &s.name)).max_by(|a, b| a.0.total_cmp(&b.0));
     let remedy = "lengths are metres: if they were meant as millimetres, scale everything by 0.001";
     match glass {
-        Some((size, name)) if size > LARGEST_GLASS => out.push(format!("the glass {name:?} is {size:.0} m across; {remedy}")),
-        _ if whole > LARGEST_SCENE => out.push(format!("the scene is {whole:.0} m across; {remedy}")),
-        _ => {}
+        Some((size, name)) if size > LARGEST_GLASS => vec![format!("the glass {name:?} is {size:.0} m across; {remedy}")],
+        _ if whole > LARGEST_SCENE => vec![format!("the scene is {whole:.0} m across; {remedy}")],
+        _ => Vec::new(),
     }
 }

@@ -3,8 +3,8 @@
 use super::json::{Node, quoted};
 use crate::error::{Error, Result};
 use std::path::{Component, Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// No file larger than this is read.
 const LARGEST_FILE: u64 = 2 << 30;
@@ -18,6 +18,8 @@ pub struct Files {
     pub fence: Option<PathBuf>,
     /// Hash of all that was read so far, shared with the copies.
     hash: Arc<AtomicU64>,
+    /// The files that were read so far, without links, shared likewise.
+    sources: Arc<Mutex<Vec<PathBuf>>>,
 }
 
 impl Files {
@@ -26,7 +28,7 @@ impl Files {
         let base = if base.as_os_str().is_empty() { Path::new(".") } else { base };
         // A folder that cannot be resolved stays as it is: then no file in it will be found inside the fence.
         let fence = (!allow_outside).then(|| base.canonicalize().unwrap_or_else(|_| base.to_path_buf()));
-        Files { base: base.to_path_buf(), fence, hash: Arc::new(AtomicU64::new(0xcbf2_9ce4_8422_2325)) }
+        Files { base: base.to_path_buf(), fence, hash: Arc::new(AtomicU64::new(0xcbf2_9ce4_8422_2325)), sources: Arc::default() }
     }
 
     /// The same fence, but relative paths start from `folder`.
@@ -67,8 +69,19 @@ impl Files {
         let bytes = read_plain(&canonical).map_err(|problem| {
             node.fail(format!("cannot read {}: {problem}", quoted(name)), "name a plain file of less than 2 GiB")
         })?;
-        self.add_to_hash(&bytes);
+        self.add_source(canonical, &bytes);
         Ok((path, bytes))
+    }
+
+    /// Counts the file at `path` (without links), which holds `bytes`, among what the scene was read from.
+    pub fn add_source(&self, path: PathBuf, bytes: &[u8]) {
+        self.add_to_hash(bytes);
+        self.sources.lock().unwrap_or_else(PoisonError::into_inner).push(path);
+    }
+
+    /// The files that were read.
+    pub fn sources(&self) -> Vec<PathBuf> {
+        self.sources.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Counts `bytes` among what the scene was read from.
@@ -109,7 +122,10 @@ fn read_plain(path: &Path) -> std::result::Result<Vec<u8>, String> {
     std::fs::read(path).map_err(|e| e.to_string())
 }
 
-/// Reads the scene file itself.
-pub fn read_scene_file(path: &Path) -> Result<Vec<u8>> {
-    read_plain(path).map_err(|problem| Error::file(path, format!("cannot read the scene: {problem}"), "check the path"))
+/// Reads the scene file itself; its path without links, and its contents.
+pub fn read_scene_file(path: &Path) -> Result<(PathBuf, Vec<u8>)> {
+    let unreadable = |problem: String| Error::file(path, format!("cannot read the scene: {problem}"), "check the path");
+    let canonical = path.canonicalize().map_err(|e| unreadable(e.to_string()))?;
+    let bytes = read_plain(&canonical).map_err(unreadable)?;
+    Ok((canonical, bytes))
 }

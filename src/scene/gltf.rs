@@ -2,16 +2,16 @@
 
 use super::files::Files;
 use super::gltf_file::{Asset, accessor, item, open};
+use super::gltf_light::{carried, check_names, light, pose};
 use super::gltf_material::{Look, material, photometric};
 use super::gltf_override::Overrides;
 use super::gltf_texture::Textures;
-use super::json::Node;
-use super::load::{LoadOptions, Loader, film, frame};
+use super::json::{Node, quoted};
+use super::load::{LoadOptions, Loader, film};
 use super::shapes::MOST_TRIANGLES;
 use super::{Geometry, Interior, Light, Mesh, Sensor, Shape, mesh as meshes};
 use crate::error::Result;
 use crate::geometry::bounds_of_all;
-use crate::spectrum::upsample;
 use glam::{DMat3, DMat4, DQuat, DVec2, DVec3, DVec4};
 use serde_json::Value;
 use std::collections::HashMap;
@@ -36,6 +36,29 @@ const EXTENSIONS: &[&str] = &[
     "KHR_mesh_quantization",
     "KHR_texture_transform",
 ];
+/// Extensions that are not honoured: what they stand for, and what to do where the file needs them.
+const UNREAD: &[(&str, &str, &str)] = &[
+    ("KHR_draco_mesh_compression", "meshes compressed by Draco", "export it without compression"),
+    ("EXT_meshopt_compression", "buffers compressed by meshoptimizer", "export it without compression"),
+    ("KHR_meshopt_compression", "buffers compressed by meshoptimizer", "export it without compression"),
+    ("KHR_texture_basisu", "pictures in KTX2", "export its pictures as PNG or JPEG"),
+    ("EXT_texture_webp", "pictures in WebP", "export its pictures as PNG or JPEG"),
+    ("EXT_texture_avif", "pictures in AVIF", "export its pictures as PNG or JPEG"),
+    ("EXT_mesh_gpu_instancing", "copies of meshes by lists of places", "export it with a node for each copy"),
+    ("KHR_materials_variants", "variants of materials, of which the first look counts", "export it with one look"),
+    (
+        "KHR_materials_pbrSpecularGlossiness",
+        "materials by specular colour and glossiness",
+        "export it with metallic and roughness",
+    ),
+];
+
+/// What an extension that is not honoured stands for, and the remedy.
+fn unread(extension: &str) -> (&'static str, &'static str) {
+    let known = UNREAD.iter().find(|(name, ..)| *name == extension);
+    known.map_or(("an extension that Abbe does not know", "export it without"), |(_, what, remedy)| (what, remedy))
+}
+
 /// Nodes may be nested this deep.
 const DEEPEST_NODE: usize = 100;
 
@@ -48,7 +71,8 @@ pub(super) fn scene(path: &Path, bytes: &[u8], files: Files, options: &LoadOptio
     loader.scene.interiors.push(Interior::vacuum("surroundings"));
     loader.scene.max_depth = options.max_depth.unwrap_or(64).clamp(1, 100_000);
     let files = loader.reader.files.within(path.parent().unwrap_or(Path::new(".")));
-    Document::open(path, bytes, files)?.add(&mut loader, DMat4::IDENTITY, None)?;
+    let mut document = Document::open(path, bytes, files)?;
+    document.add(&mut loader, DMat4::IDENTITY, None)?;
     if loader.scene.shapes.is_empty() {
         return Err(place.fail("the glTF file has no triangles in its scene", "export it with meshes"));
     }
@@ -63,22 +87,24 @@ pub(super) fn scene(path: &Path, bytes: &[u8], files: Files, options: &LoadOptio
             framing(&loader.scene.shapes)
         }
     };
-    if loader.scene.lights.is_empty() && loader.scene.shapes.iter().all(|s| s.emission.is_none()) {
-        loader.note("the glTF file has no light: daylight comes from everywhere".into());
-        loader.scene.lights.push(Light::Constant { radiance: upsample::white() });
+    let glows = loader.scene.shapes.iter().any(|s| s.emission.is_some());
+    if loader.scene.lights.is_empty() && !(glows && document.has_lamps()) {
+        let glow = if glows { ", in which its emissive surfaces glow (lamps have an emissive strength above 1)" } else { "" };
+        loader.note(format!("the glTF file has no light: daylight comes from everywhere{glow}"));
+        // As bright as a white surface of emissive factor 1, as in viewers.
+        loader.scene.lights.push(Light::Constant { radiance: photometric(&place, [1.0; 3], 1.0)? });
     }
     Ok(loader)
 }
 
-/// The glTF documents that a scene has included so far, by file and what overrides their materials.
-pub(super) type Included<'a> = HashMap<(PathBuf, Option<String>), Document<'a>>;
+/// The glTF documents that a scene has included so far, by file and what the scene says of them.
+pub(super) type Included<'a> = HashMap<(PathBuf, String), Document<'a>>;
 
 /// Adds the glTF file that `node` names, with its materials, lights and camera, under `world`. A file that was added before is not read again, and its
 /// meshes and materials are those of before.
 pub(super) fn include<'a>(loader: &mut Loader, node: &Node<'a>, included: &mut Included<'a>, world: DMat4) -> Result<()> {
     let file = node.need("file")?;
-    let overrides = node.get("override");
-    let key = (loader.reader.files.base.join(file.string()?), overrides.as_ref().map(|o| o.value.to_string()));
+    let key = (loader.reader.files.base.join(file.string()?), node.value.to_string());
     let mut document = match included.remove(&key) {
         Some(known) => known,
         None => {
@@ -86,7 +112,7 @@ pub(super) fn include<'a>(loader: &mut Loader, node: &Node<'a>, included: &mut I
             Document::open(&path, &bytes, loader.reader.files.within(path.parent().unwrap_or(Path::new("."))))?
         }
     };
-    document.add(loader, world, overrides.as_ref())?;
+    document.add(loader, world, Some(node))?;
     included.insert(key, document);
     Ok(())
 }
@@ -148,15 +174,16 @@ impl<'a> Document<'a> {
     /// Notes what is ignored, and refuses what cannot be.
     fn check(&self, loader: &mut Loader, root: &Node) -> Result<()> {
         for extension in root.get("extensionsRequired").map_or(Ok(Vec::new()), |n| n.array(0))? {
-            if !EXTENSIONS.contains(&extension.string()?) {
-                return Err(
-                    extension.fail(format!("the extension {:?} is not known", extension.string()?), "export the file without it")
-                );
+            let name = extension.string()?;
+            if !EXTENSIONS.contains(&name) {
+                let (what, remedy) = unread(name);
+                return Err(extension.fail(format!("the file needs {}: {what}, which cannot be read", quoted(name)), remedy));
             }
         }
         for extension in root.get("extensionsUsed").map_or(Ok(Vec::new()), |n| n.array(0))? {
-            if !EXTENSIONS.contains(&extension.string()?) {
-                loader.note(format!("{}: {:?} is ignored", self.path.display(), extension.string()?));
+            let name = extension.string()?;
+            if !EXTENSIONS.contains(&name) {
+                loader.note(format!("{}: {}: ignored ({})", self.path.display(), unread(name).0, quoted(name)));
             }
         }
         for ignored in ["animations", "skins"] {
@@ -164,18 +191,33 @@ impl<'a> Document<'a> {
                 loader.note(format!("{}: {ignored} are ignored", self.path.display()));
             }
         }
+        let any_material_has = |key| (0..).map_while(|i| root.get("materials")?.element(i)).any(|m| m.get(key).is_some());
+        if any_material_has("occlusionTexture") {
+            loader.note(format!("{}: pictures of occlusion are ignored: light finds out by itself", self.path.display()));
+        }
         Ok(())
     }
 
-    /// Adds the document's scene under `world`; what it was first added with overrides its materials.
-    fn add(&mut self, loader: &mut Loader, world: DMat4, overrides: Option<&Node<'a>>) -> Result<()> {
+    /// Has it a material of an emissive strength above 1? Without one it was made for viewers that bring their own light.
+    fn has_lamps(&self) -> bool {
+        let strength = |m: &Value| m.pointer("/extensions/KHR_materials_emissive_strength/emissiveStrength")?.as_f64();
+        let materials = self.asset.json.get("materials").and_then(Value::as_array);
+        materials.is_some_and(|list| list.iter().any(|m| strength(m).is_some_and(|s| s > 1.0)))
+    }
+
+    /// Adds the document's scene under `world`; `said` is what the scene that includes it says of it, each time the same.
+    fn add(&mut self, loader: &mut Loader, world: DMat4, said: Option<&Node<'a>>) -> Result<()> {
         let root = Node::root(&self.asset.json, &self.path);
         self.check(loader, &root)?;
         let mut textures = Textures::new(&self.asset, &root, &self.files);
         let overrides = match self.overrides.take() {
             Some(known) => known,
-            None => overrides.map(|o| Overrides::read(loader, o, &root)).transpose()?.unwrap_or_default(),
+            None => {
+                said.and_then(|s| s.get("override")).map(|o| Overrides::read(loader, &o, &root)).transpose()?.unwrap_or_default()
+            }
         };
+        let relit = said.and_then(|s| s.get("lights"));
+        let (mut flat, mut light_names) = (0, Vec::new());
         for placed in nodes(loader, &root, world)? {
             if let Some(index) = placed.node.get("mesh") {
                 let mesh = item(&root, "meshes", &index)?;
@@ -192,10 +234,7 @@ impl<'a> Document<'a> {
                     };
                     let Some(part) = part else { continue };
                     let (geometry, dropped) = loader.place(&primitive, &placed.world, &Geometry::Mesh(part))?;
-                    if dropped > 0 {
-                        let path = self.path.display();
-                        loader.note(format!("{path}: {}: {dropped} triangles of no area were dropped", primitive.path));
-                    }
+                    flat += dropped;
                     if let Some(index) = primitive.get("material") {
                         overrides.apply(loader, index.integer(0, u32::MAX)?, &mut look, &geometry)?;
                     }
@@ -213,12 +252,21 @@ impl<'a> Document<'a> {
                     loader.camera = Some(seen);
                 }
             }
-            let punctual = placed.node.get("extensions").and_then(|e| e.get("KHR_lights_punctual"));
-            if let Some(index) = punctual.and_then(|e| e.get("light")) {
-                let list = root.need("extensions")?.need("KHR_lights_punctual")?;
-                let light = light(&item(&list, "lights", &index)?, &placed.world)?;
+            if let Some((node, names)) = carried(&root, &placed.node)? {
+                if node.get("range").is_some() {
+                    loader.note(format!("{}: ranges of lights are ignored: light has none", self.path.display()));
+                }
+                let said = names.iter().flatten().find_map(|name| relit.as_ref()?.get(name));
+                let light = light(loader, &node, &placed.world, said.as_ref())?;
                 loader.scene.lights.push(light);
+                light_names.push(names);
             }
+        }
+        if let Some(relit) = &relit {
+            check_names(relit, &light_names)?;
+        }
+        if flat > 0 {
+            loader.note(format!("{}: {flat} triangles of no area were dropped", self.path.display()));
         }
         self.overrides = Some(overrides);
         Ok(())
@@ -346,15 +394,6 @@ fn look(
     Ok(look)
 }
 
-/// Where a node stands and which way its axes point.
-fn pose(node: &Node, world: &DMat4) -> Result<(DVec3, DMat3)> {
-    let m = DMat3::from_mat4(*world);
-    let frame = frame(m.z_axis, m.y_axis)
-        .filter(|f| f.is_finite() && world.w_axis.is_finite() && world.w_axis.abs().max_element() <= super::json::LARGEST_LENGTH);
-    let frame = frame.ok_or_else(|| node.fail("its node has a singular transform", "export the file again"))?;
-    Ok((world.w_axis.truncate(), frame))
-}
-
 fn sensor(node: &Node, world: &DMat4) -> Result<Sensor> {
     let (eye, frame) = pose(node, world)?;
     if let Some(perspective) = node.get("perspective") {
@@ -363,30 +402,6 @@ fn sensor(node: &Node, world: &DMat4) -> Result<Sensor> {
     }
     let height = 2.0 * node.need("orthographic")?.need("ymag")?.length()?;
     Ok(Sensor::Orthographic { eye, frame, height })
-}
-
-/// KHR_lights_punctual: candela and lux, along -Z of the node.
-fn light(node: &Node, world: &DMat4) -> Result<Light> {
-    let (position, frame) = pose(node, world)?;
-    let direction = -frame.z_axis;
-    let rgb = node.get("color").map_or(Ok([1.0; 3]), |n| n.numbers())?;
-    let intensity = node.get("intensity").map_or(Ok(1.0), |n| n.within(0.0, 1e15))?;
-    let amount = photometric(node, rgb, intensity)?;
-    let kind = node.need("type")?;
-    Ok(match kind.choice(&["point", "spot", "directional"])? {
-        "point" => Light::Point { position, intensity: amount },
-        "spot" => {
-            let angle = |key, default| node.get("spot").and_then(|s| s.get(key)).map_or(Ok(default), |n| n.within(0.0, 1.571));
-            let (inner, outer) = (angle("innerConeAngle", 0.0)?, angle("outerConeAngle", std::f64::consts::FRAC_PI_4)?);
-            if inner.cos() <= outer.cos() {
-                return Err(
-                    node.fail("the inner cone is not inside the outer", "make innerConeAngle smaller than outerConeAngle")
-                );
-            }
-            Light::Spot { position, direction, intensity: amount, cos_inner: inner.cos(), cos_outer: outer.cos() }
-        }
-        _ => Light::Sun { direction, cos_angle: 1.0, irradiance: amount },
-    })
 }
 
 /// A camera of 40 degrees, a little from above and the side, that sees all shapes (which here are meshes).

@@ -148,10 +148,30 @@ pub(super) fn accessor<const N: usize>(root: &Node, buffers: &[Vec<u8>], index: 
     if kind.string()? != wanted {
         return Err(kind.fail(format!("{} where {wanted} is needed", quoted(kind.string()?)), "export the file again"));
     }
+    let count = node.need("count")?.integer(0, u32::MAX)? as usize;
+    let normalised = node.get("normalized").map_or(Ok(false), |n| n.boolean())?;
+    let mut out = elements(root, buffers, &node, &node.need("componentType")?, count, normalised)?;
     if let Some(sparse) = node.get("sparse") {
-        return Err(sparse.fail("sparse accessors cannot be read", "export the file without them"));
+        let count = sparse.need("count")?.integer(0, u32::MAX)? as usize;
+        let (at, values) = (sparse.need("indices")?, sparse.need("values")?);
+        let places = elements::<1>(root, buffers, &at, &at.need("componentType")?, count, false)?;
+        let values = elements(root, buffers, &values, &node.need("componentType")?, count, normalised)?;
+        for ([i], value) in places.into_iter().zip(values) {
+            *out.get_mut(i as usize).ok_or_else(|| at.fail(format!("there is no element {i}"), "export the file again"))? = value;
+        }
     }
-    let component = node.need("componentType")?;
+    Ok(out)
+}
+
+/// `count` elements of `N` components from the view that `node` names.
+fn elements<const N: usize>(
+    root: &Node,
+    buffers: &[Vec<u8>],
+    node: &Node,
+    component: &Node,
+    count: usize,
+    normalised: bool,
+) -> Result<Vec<[f64; N]>> {
     let (size, largest) = match component.integer(0, u32::MAX)? {
         5120 => (1, 127.0),
         5121 => (1, 255.0),
@@ -174,15 +194,13 @@ pub(super) fn accessor<const N: usize>(root: &Node, buffers: &[Vec<u8>], index: 
     };
     let view_index = node.get("bufferView").ok_or_else(|| node.fail("the accessor has no data", "export the file again"))?;
     let (view, data) = view(root, buffers, &view_index)?;
-    let count = node.need("count")?.integer(0, u32::MAX)? as usize;
     let width = size * N;
-    let (offset, stride) = (get(&node, "byteOffset", 0)?, get(&view, "byteStride", width)?.max(1));
+    let (offset, stride) = (get(node, "byteOffset", 0)?, get(&view, "byteStride", width)?.max(1));
     // usize is 64 bits wherever the products of two u32 could matter; elsewhere the checks fail safely.
     let end = count.checked_sub(1).map_or(Some(offset), |last| last.checked_mul(stride)?.checked_add(offset)?.checked_add(width));
     if end.is_none_or(|end| end > data.len()) {
         return Err(node.fail("the accessor reaches beyond its buffer", "export the file again"));
     }
-    let normalised = node.get("normalized").map_or(Ok(false), |n| n.boolean())?;
     let factor = if normalised { 1.0 / largest } else { 1.0 };
     let element = |i: usize| {
         let at = offset + i * stride;

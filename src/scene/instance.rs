@@ -94,8 +94,6 @@ struct Shared {
     bounds: Bounds,
     /// Triangles of no area that were left out.
     dropped: usize,
-    /// Does it enclose a volume whose inside is outside?
-    is_inside_out: bool,
 }
 
 /// Meshes met so far that may be worth sharing, by their address and whether they are mirrored.
@@ -118,7 +116,6 @@ impl SharedMeshes {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(place) => {
                 let (mut mesh, dropped) = mesh::place(source, &DMat4::IDENTITY)?;
-                let is_inside_out = mesh::is_inside_out(&mesh);
                 // The transform turns it round once more.
                 if mirrored {
                     mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
@@ -126,7 +123,7 @@ impl SharedMeshes {
                 }
                 new = mesh.triangles.len();
                 let (bounds, mesh) = (bounds_of_mesh(&mesh), Arc::new(mesh));
-                place.insert(Shared { _source: source.clone(), mesh, bounds, dropped, is_inside_out })
+                place.insert(Shared { _source: source.clone(), mesh, bounds, dropped })
             }
         };
         let instance = Instance::with_bounds(shared.mesh.clone(), shared.bounds, to_world);
@@ -135,11 +132,6 @@ impl SharedMeshes {
             return Err(("the mesh reaches beyond 1e9 m".into(), "use metres: scale the mesh down".into()));
         }
         Ok(Some((instance, shared.dropped, new)))
-    }
-
-    /// Does the mesh of this instance enclose a volume whose inside is outside?
-    pub(super) fn is_inside_out(&self, instance: &Instance) -> bool {
-        self.0.values().any(|s| Arc::ptr_eq(&s.mesh, &instance.mesh) && s.is_inside_out)
     }
 }
 

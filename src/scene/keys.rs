@@ -69,7 +69,8 @@ pub const KEYS: &[(&str, &[&str])] = &[
     ("box", &["min", "max"]),
     ("prism", &["polygon", "length"]),
     ("mesh", &["file", "smooth"]),
-    ("gltf", &["file", "override"]),
+    ("gltf", &["file", "override", "lights"]),
+    ("relit", &["intensity", "irradiance", "profile", "rotate_deg"]),
     (
         "override",
         &[

@@ -9,6 +9,7 @@ use super::{Light, environment, ies};
 use crate::color::cie;
 use crate::error::Result;
 use crate::spectrum::{Spectrum, library::Observer};
+use glam::DVec3;
 use std::f64::consts::PI;
 
 impl Loader {
@@ -32,7 +33,9 @@ impl Loader {
                 position: inner.need("position")?.point()?,
                 intensity: amount("intensity", Source::Point(4.0 * PI))?,
             },
-            "spot" if inner.get("profile").is_some() => self.profile(&inner)?,
+            "spot" if inner.get("profile").is_some() => {
+                self.profile(&inner, inner.need("position")?.point()?, inner.need("direction")?.direction()?)?
+            }
             "spot" => {
                 let outer = inner.need("outer_deg")?;
                 let outer_deg = outer.within(1e-3, 90.0)?;
@@ -100,7 +103,7 @@ impl Loader {
 
 impl Loader {
     /// A spot whose distribution comes from a file, and with it the amount of its light unless the scene gives one.
-    fn profile(&self, node: &Node) -> Result<Light> {
+    pub(super) fn profile(&self, node: &Node, position: DVec3, direction: DVec3) -> Result<Light> {
         if let Some(angle) = node.get("inner_deg").or_else(|| node.get("outer_deg")) {
             return Err(angle.fail("the profile says how far the light spreads", "leave out inner_deg and outer_deg"));
         }
@@ -108,8 +111,8 @@ impl Loader {
         let rotation = node.get("rotate_deg").map_or(Ok(0.0), |n| n.within(-360.0, 360.0))?.to_radians();
         let source = Source::Point(profile.solid_angle());
         Ok(Light::Profile {
-            position: node.need("position")?.point()?,
-            axes: lamp_axes(node.need("direction")?.direction()?, rotation),
+            position,
+            axes: lamp_axes(direction, rotation),
             intensity: self.reader.light_by_file(node, "intensity", source, profile.peak_cd())?,
             profile,
         })

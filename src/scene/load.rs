@@ -38,18 +38,18 @@ pub struct LoadOptions {
 /// Loads a scene file (JSON), or a glTF file as a scene by itself.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene> {
     stage::enter(Stage::Reading);
-    let bytes = read_scene_file(path)?;
+    let (canonical, bytes) = read_scene_file(path)?;
     let folder = path.parent().unwrap_or(Path::new("."));
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let files = Files::new(folder, options.allow_outside);
+    files.add_source(canonical, &bytes);
     let mut loader = if extension == "glb" || extension == "gltf" {
-        let files = Files::new(folder, options.allow_outside);
-        files.add_to_hash(&bytes);
         gltf::scene(path, &bytes, files, options)?
     } else {
         let text = std::str::from_utf8(&bytes)
             .map_err(|_| Error::file(path, "the scene is not UTF-8 text", "write JSON, or name a .glb or .gltf file"))?;
-        read(text, path, folder, options)?
+        read(text, path, files, options)?
     };
     if loader.scene.name.is_empty() {
         loader.scene.name = name;
@@ -59,7 +59,9 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene> {
 
 /// Loads a scene from JSON text, for which `file` stands in messages and in whose folder `base` its files lie.
 pub fn load_str(json: &str, file: &Path, base: &Path, options: &LoadOptions) -> Result<Scene> {
-    Ok(read(json, file, base, options)?.finish())
+    let files = Files::new(base, options.allow_outside);
+    files.add_to_hash(json.as_bytes());
+    Ok(read(json, file, files, options)?.finish())
 }
 
 /// A scene in the making.
@@ -106,6 +108,7 @@ impl Loader {
             reference: Estimator::Backward,
             notes: Vec::new(),
             source_hash: 0,
+            sources: Vec::new(),
         };
         Loader {
             reader: SpectrumReader { files, range },
@@ -124,7 +127,7 @@ impl Loader {
     }
 }
 
-fn read(text: &str, file: &Path, base: &Path, options: &LoadOptions) -> Result<Loader> {
+fn read(text: &str, file: &Path, files: Files, options: &LoadOptions) -> Result<Loader> {
     let value = parse(text, file)?;
     let root = Node::root(&value, file);
     root.object("scene")?;
@@ -135,8 +138,7 @@ fn read(text: &str, file: &Path, base: &Path, options: &LoadOptions) -> Result<L
         schema.string()?;
     }
     let film = film(root.get("film"), &root, options)?;
-    let mut loader = Loader::new(Files::new(base, options.allow_outside), film);
-    loader.reader.files.add_to_hash(text.as_bytes());
+    let mut loader = Loader::new(files, film);
     if let Some(name) = root.get("name") {
         // One line, whatever it says: the name goes into file headers and messages.
         loader.scene.name = name.string()?.chars().filter(|c| !c.is_control()).take(200).collect();
@@ -294,7 +296,8 @@ impl Loader {
     fn finish(mut self) -> Scene {
         self.flatten_the_few();
         self.comb();
-        Scene { source_hash: self.reader.files.hash(), ..self.scene }
+        let files = &self.reader.files;
+        Scene { source_hash: files.hash(), sources: files.sources(), ..self.scene }
     }
 
     /// Adds a note for the user, once.

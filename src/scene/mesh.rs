@@ -120,8 +120,8 @@ pub fn smooth_normals(mesh: &Mesh) -> Vec<DVec3> {
     sums.into_iter().map(|n| n.normalize_or(DVec3::Y)).collect()
 }
 
-/// Is this a closed surface (its area vectors cancel) whose triangles face inwards (its volume is negative)?
-pub fn is_inside_out(mesh: &Mesh) -> bool {
+/// Volume of a closed surface (its area vectors cancel), m^3: negative if its triangles face inwards. 0 if it is open.
+pub fn volume(mesh: &Mesh) -> f64 {
     let origin = mesh.triangles.first().map_or(DVec3::ZERO, |t| mesh.positions[t[0] as usize]);
     let (mut open, mut area, mut volume) = (DVec3::ZERO, 0.0, 0.0);
     for t in &mesh.triangles {
@@ -131,5 +131,5 @@ pub fn is_inside_out(mesh: &Mesh) -> bool {
         area += doubled.length();
         volume += a.dot(doubled);
     }
-    open.length() < 1e-6 * area && volume < 0.0
+    if open.length() < 1e-6 * area { volume / 6.0 } else { 0.0 }
 }

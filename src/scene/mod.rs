@@ -8,6 +8,7 @@ mod environment;
 mod files;
 mod gltf;
 mod gltf_file;
+mod gltf_light;
 mod gltf_material;
 mod gltf_override;
 mod gltf_texture;
@@ -33,7 +34,7 @@ pub mod texture;
 mod transform;
 mod units;
 
-pub use advice::advice;
+pub use advice::{advice, inside_out};
 pub use grain::{Grain, direction_of_grain};
 pub use instance::Instance;
 pub(crate) use json::{quoted, suggest};
@@ -49,6 +50,7 @@ use crate::bsdf::sheen::Sheen;
 use crate::spectrum::{Ior, Spectrum};
 use glam::{DMat3, DVec2, DVec3, DVec4};
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A complete scene.
@@ -81,6 +83,8 @@ pub struct Scene {
     /// Hash of the scene file and of all files that it includes, so that a picture can be told from that of a changed scene; 0 for a scene that
     /// was not read from files.
     pub source_hash: u64,
+    /// The files that the scene was read from, without links: nothing may be written over them.
+    pub sources: Vec<PathBuf>,
 }
 
 impl Scene {

@@ -146,19 +146,6 @@ impl Loader {
         if self.has_image(shape.material, shape.emission.as_ref()) {
             mesh::check_uvs(&shape.geometry).map_err(|(problem, remedy)| node.fail(problem, remedy))?;
         }
-        let is_inside_out = || match &shape.geometry {
-            Geometry::Mesh(mesh) => mesh::is_inside_out(mesh),
-            Geometry::Instance(instance) => self.shared.is_inside_out(instance),
-            _ => false,
-        };
-        if let Material::Dielectric { .. } | Material::Boundary { interior: Some(_) } = &self.scene.materials[shape.material]
-            && is_inside_out()
-        {
-            self.note(format!(
-                "{}: the solid's triangles face inwards, so its inside is outside: mirror their order",
-                shape.name
-            ));
-        }
         self.scene.shapes.push(shape);
         Ok(())
     }

@@ -216,6 +216,33 @@ fn nested() -> Scene {
     s
 }
 
+/// A block of glass seen from its front: a mixture and a lacquered mixture stand against its back and another within it, with a face in its face each.
+fn composites_on_glass() -> Scene {
+    let mut s = hall(4);
+    let metal = material(&mut s, Material::Conductor { eta: ramp(0.6, 1.2), k: ramp(2.0, 4.0), alpha: 0.3 });
+    let dark = material(&mut s, Material::Diffuse { reflectance: ramp(0.02, 0.1).into() });
+    let mixed = material(&mut s, Material::Mix { a: metal, b: dark, weight: ramp(0.2, 0.8).into() });
+    let lacquered = coated(&mut s, mixed, 0.0);
+    let block = glass(&mut s, Interior { ior: flint(), sigma_a: ramp(0.1, 0.5), ..solid("flint", 1.0, 1) }, 0.0);
+    shape(&mut s, block, cuboid(dvec3(-0.9, 0.05, 0.3), dvec3(0.9, 1.2, 0.6)));
+    shape(&mut s, mixed, cuboid(dvec3(-0.85, 0.1, -0.2), dvec3(-0.05, 1.1, 0.3)));
+    shape(&mut s, lacquered, cuboid(dvec3(0.05, 0.1, -0.2), dvec3(0.85, 1.1, 0.3)));
+    shape(&mut s, mixed, cuboid(dvec3(-0.04, 0.3, 0.3), dvec3(0.04, 0.9, 0.45)));
+    s
+}
+
+/// The same with solids that are glass in part.
+fn dirty_glass_on_glass() -> Scene {
+    let mut s = hall(4);
+    let block = glass(&mut s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0);
+    let crown = glass(&mut s, solid("crown", 1.5, 2), 0.0);
+    let dirty = material(&mut s, Material::Mix { a: crown, b: 0, weight: ramp(0.9, 0.5).into() });
+    shape(&mut s, block, cuboid(dvec3(-0.8, 0.1, -0.3), dvec3(0.8, 0.5, 0.7)));
+    shape(&mut s, dirty, cuboid(dvec3(-0.6, 0.5, -0.1), dvec3(-0.1, 0.9, 0.4)));
+    shape(&mut s, dirty, cuboid(dvec3(0.1, 0.1, 0.0), dvec3(0.5, 0.3, 0.4)));
+    s
+}
+
 fn absorbing() -> Scene {
     ball(4, |s| glass(s, Interior { sigma_a: ramp(2.0, 0.2), ..solid("green", 1.5, 1) }, 0.0))
 }
@@ -415,6 +442,8 @@ agree! {
     metals_under_coats, 96, 1.0, coated_metals();
     light_on_a_coat, 96, 1.0, caustic_on_coat();
     light_off_a_coat, 192, 2.3, caustic_off_coat();
+    composites_touching_glass, 256, 1.0, composites_on_glass();
+    dirty_glass_touching_glass, 96, 1.0, dirty_glass_on_glass();
     nested_glasses, 160, 1.0, nested();
     matched_glasses, 160, 1.0, matched();
     absorbing_glass, 96, 1.0, absorbing();

@@ -48,6 +48,12 @@ fn check_says_what_will_be_rendered_and_what_is_wrong() {
     ] {
         assert!(good.contains(part), "no '{part}' in {good}");
     }
+    // Many lights of a kind are one entry.
+    let lamps: Vec<String> = (0..50).map(|i| format!(r#"{{"point": {{"position": [{i}, 3, 0], "intensity": 1}}}}"#)).collect();
+    let many = glass.replace(r#"{"point": {"position": [0, 3, 0], "intensity": 1}}"#, &lamps.join(","));
+    std::fs::write(folder.0.join("many.json"), many).unwrap();
+    let many = text(&folder.run(&["check", "many.json"]).stdout);
+    assert!(many.lines().any(|line| line.starts_with("light: point of ") && line.ends_with("lm (50 times)")), "{many}");
     let blind = text(&folder.run(&["check", "glass.json", "--without", "light-paths", "--without", "gathering"]).stdout);
     for part in ["warning: not found: caustics of point lights", "--without", "2 warnings"] {
         assert!(blind.contains(part), "no '{part}' in {blind}");

@@ -2,7 +2,7 @@
 
 use crate::support::*;
 use abbe::gpu::kernel_source;
-use abbe::integrator::{Plan, Techniques};
+use abbe::integrator::{GpuIntegrator, Plan, Techniques};
 use abbe::scene::{Geometry, Instance, Scene};
 use glam::DAffine3;
 use serde_json::{Value, json};
@@ -300,4 +300,15 @@ fn there_is_no_term_or_buffer_for_what_a_scene_does_not_contain() {
     let dark = names(&scene_of(json!({})));
     assert!(!dark.contains("lights") && !dark.contains("sample_light"), "lights where there are none");
     assert!(plain.contains("lights") && plain.contains("sample_light"));
+}
+
+#[test]
+fn surfaces_without_number_in_one_place_are_an_error_and_not_for_ever() {
+    let mut scene = scene_of(
+        json!({"shapes": [{"quad": {"corner": [0, 1, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}, "material": "wall"}]}),
+    );
+    let square = scene.shapes.last().expect("a square").clone();
+    scene.shapes.extend(std::iter::repeat_n(square, 8192));
+    let error = GpuIntegrator::new(&scene, None, 0).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("surfaces lie in one place") && error.contains("remove the copies"), "{error}");
 }

@@ -55,6 +55,7 @@ pub fn scene(width: u32, height: u32, count: u32, sensor: Sensor) -> Scene {
         reference: Estimator::Backward,
         notes: vec![],
         source_hash: 0,
+        sources: Vec::new(),
     }
 }
 

@@ -98,6 +98,46 @@ fn faces_turned_different_ways_are_said() {
 }
 
 #[test]
+fn solids_that_face_inwards_are_said_whatever_they_are_made_of() {
+    let pyramid = |material: &str, turned: bool| {
+        let [a, b] = if turned { [3, 2] } else { [2, 3] };
+        let text = format!("v 1 0.2 0\nv 1.2 0.2 0\nv 1 0.4 0\nv 1 0.2 0.2\nf 1 {b} {a}\nf 1 {a} 4\nf {a} {b} 4\nf {b} 1 4\n");
+        let here = std::env::temp_dir().join(format!("abbe-inwards-{material}-{turned}-{}", std::process::id()));
+        std::fs::create_dir_all(&here).unwrap();
+        std::fs::write(here.join("a.obj"), text).unwrap();
+        let text = json!({"camera": {"orthographic": {"eye": [0, 0, 9], "target": [0, 0, 0], "height": 2}}, "lights": [{"constant": {"radiance": 1}}],
+            "materials": {"glass": {"dielectric": {"ior": 1.5}}, "paint": {"diffuse": {"reflectance": 0.5}},
+                          "dirty": {"mix": {"a": "glass", "b": "paint", "weight": 0.5}}},
+            "shapes": [{"name": "pyramid", "mesh": {"file": "a.obj"}, "material": material}]});
+        let scene = abbe::scene::load_str(&text.to_string(), "t.json".as_ref(), &here, &LoadOptions::default());
+        std::fs::remove_dir_all(&here).unwrap();
+        scene.unwrap()
+    };
+    for glass in ["glass", "dirty"] {
+        warns(&pyramid(glass, true), &["\"pyramid\" face inwards", "Recalculate Outside"]);
+        is_silent(&pyramid(glass, false));
+    }
+    is_silent(&pyramid("paint", true));
+}
+
+#[test]
+fn what_is_wrong_a_thousand_times_is_said_a_few_times_and_counted_at_once() {
+    let start = std::time::Instant::now();
+    let lamp = |i: u32| json!({"point": {"position": [0.0, 0.5, 0.0001 * f64::from(i)], "intensity": 1}});
+    let found = advice(&scene(json!({"lights": (0..100).map(lamp).collect::<Vec<_>>()})));
+    assert_eq!(found.len(), 6, "{found:?}");
+    assert!(found[5].contains("and 95 more"), "{found:?}");
+    // 60,000 glasses, each with a ball of its own: it is not to take the time of all pairs of them.
+    let name = |i: u32| format!("g{i}");
+    let glasses: serde_json::Map<String, Value> = (0..60_000).map(|i| (name(i), json!({"dielectric": {"ior": 1.5}}))).collect();
+    let ball = |i: u32| json!({"sphere": {"center": [i % 300, i / 300, 0], "radius": 0.4}, "material": name(i)});
+    let text = json!({"camera": {"orthographic": {"eye": [0, 0, 9], "target": [0, 0, 0], "height": 2}}, "lights": [{"constant": {"radiance": 1}}],
+        "materials": glasses, "shapes": (0..60_000).map(ball).collect::<Vec<_>>()});
+    is_silent(&load_text(&text.to_string()).unwrap());
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+}
+
+#[test]
 fn a_lamp_in_the_plane_of_the_ceiling_is_said() {
     let ceiling = |y: f64| json!({"shapes": [{"name": "ceiling", "quad": {"corner": [-2, y, -2], "edge_u": [4, 0, 0], "edge_v": [0, 0, 4]}, "material": "paper"}]});
     warns(&scene(ceiling(2.0)), &["\"lamp\" and \"ceiling\" overlap", "move them apart"]);

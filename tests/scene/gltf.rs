@@ -132,9 +132,18 @@ fn damaged_gltf_files_are_errors_with_their_place() {
         let line = load_document("broken", &document).expect_err(pointer).to_string();
         assert!(line.contains(&format!("{path}: ")) && line.contains(fragment), "{pointer}: {line}");
     }
-    let mut required = document();
-    required["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
-    assert!(load_document("draco", &required).unwrap_err().to_string().contains("export the file without it"));
+    for (extension, fragment) in [
+        ("KHR_draco_mesh_compression", "meshes compressed by Draco, which cannot be read; export it without compression"),
+        ("EXT_meshopt_compression", "export it without compression"),
+        ("KHR_texture_basisu", "pictures in KTX2, which cannot be read; export its pictures as PNG or JPEG"),
+        ("EXT_texture_webp", "export its pictures as PNG or JPEG"),
+        ("VENDOR_unheard_of", "export it without"),
+    ] {
+        let mut required = document();
+        required["extensionsRequired"] = json!([extension]);
+        let line = load_document("required", &required).unwrap_err().to_string();
+        assert!(line.contains("$.extensionsRequired[0]: ") && line.contains(extension) && line.contains(fragment), "{line}");
+    }
 }
 
 #[test]
@@ -193,4 +202,120 @@ fn custom_properties_name_a_glass() {
     named["materials"][0]["extras"] = json!({"glass": "N-BK8"});
     let line = load_document("misnamed", &named).unwrap_err().to_string();
     assert!(line.contains("$.materials[0].extras.glass") && line.contains("did you mean"), "{line}");
+}
+
+#[test]
+fn what_is_ignored_is_said_once_in_words() {
+    let mut lossy = document();
+    lossy["extensionsUsed"] = json!(["KHR_materials_variants", "KHR_materials_ior"]);
+    lossy["materials"][0]["occlusionTexture"] = json!({"index": 0});
+    lossy["extensions"]["KHR_lights_punctual"]["lights"][0]["range"] = json!(5);
+    let notes = load_document("lossy", &lossy).unwrap().notes;
+    assert_eq!(notes.len(), 3, "{notes:?}");
+    for fragment in ["first look counts: ignored (\"KHR_materials_variants\")", "occlusion", "ranges of lights"] {
+        assert_eq!(notes.iter().filter(|n| n.contains(fragment)).count(), 1, "{fragment}: {notes:?}");
+    }
+}
+
+#[test]
+fn what_merely_glows_does_so_in_daylight_and_what_is_stronger_is_a_lamp() {
+    let emissive = |strength: f64| {
+        let mut glow = document();
+        glow["scenes"][0]["nodes"] = json!([0, 2]);
+        glow["materials"][0] = json!({"emissiveFactor": [1, 1, 1], "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": strength}}});
+        load_document(&format!("glow-{strength}"), &glow).unwrap()
+    };
+    let glow = emissive(1.0);
+    let [Light::Constant { radiance: sky }] = &glow.lights[..] else { panic!("{:?}", glow.lights) };
+    let Texture::Uniform(own) = &glow.shapes[0].emission.as_ref().unwrap().radiance else { panic!("a picture") };
+    // White of emissive factor 1 is as bright as the sky, as in viewers.
+    assert!((sky.eval(550.0) / own.eval(550.0) - 1.0).abs() < 1e-9);
+    assert!(glow.notes.iter().any(|n| n.contains("emissive strength above 1")), "{:?}", glow.notes);
+    assert!(emissive(2.0).lights.is_empty());
+}
+
+#[test]
+fn sparse_accessors_replace_what_they_name() {
+    let mut sparse = document();
+    let moved: Vec<u8> = [7.0f32, 8., 9.].iter().flat_map(|v| v.to_le_bytes()).chain([2]).collect();
+    sparse["buffers"]
+        .as_array_mut()
+        .unwrap()
+        .push(json!({"byteLength": moved.len(), "uri": format!("data:;base64,{}", base64(&moved))}));
+    let views = sparse["bufferViews"].as_array_mut().unwrap();
+    views.push(json!({"buffer": 1, "byteLength": 12}));
+    views.push(json!({"buffer": 1, "byteOffset": 12, "byteLength": 1}));
+    // 224, the third byte of 7.
+    views.push(json!({"buffer": 1, "byteOffset": 2, "byteLength": 1}));
+    sparse["accessors"][0]["sparse"] =
+        json!({"count": 1, "indices": {"bufferView": 3, "componentType": 5121}, "values": {"bufferView": 2}});
+    let scene = load_document("sparse", &sparse).unwrap();
+    let Geometry::Mesh(mesh) = &scene.shapes[0].geometry else { panic!("not a mesh") };
+    assert_eq!((mesh.positions[2], mesh.positions[1]), (DVec3::new(14.0, 16.0, -19.0), DVec3::new(2.0, 0.0, -1.0)));
+    for (pointer, value, says) in [
+        ("/indices/bufferView", json!(4), "there is no element 224"),
+        ("/count", json!(1000), "beyond its buffer"),
+        ("/values/bufferView", json!(9), "no element 9"),
+    ] {
+        let mut broken = sparse.clone();
+        *broken.pointer_mut(&format!("/accessors/0/sparse{pointer}")).unwrap() = value;
+        let line = load_document("broken-sparse", &broken).unwrap_err().to_string();
+        assert!(line.contains("$.accessors[0].sparse") && line.contains(says), "{line}");
+    }
+}
+
+/// The scene with `document` in it, of whose lights it says this.
+fn relit(document: &Value, lights: Value) -> abbe::Result<Scene> {
+    let here = std::env::temp_dir().join(format!("abbe-relit-{:?}-{}", std::thread::current().id(), std::process::id()));
+    std::fs::create_dir_all(&here).unwrap();
+    std::fs::write(here.join("t.gltf"), document.to_string()).unwrap();
+    std::fs::write(here.join("red.spd"), "600 0\n610 1\n620 0\n").unwrap();
+    std::fs::copy(folder("tests/data/scenes/lamp.ies"), here.join("lamp.ies")).unwrap();
+    let text = json!({"shapes": [{"gltf": {"file": "t.gltf", "lights": lights}}]});
+    let scene = abbe::scene::load_str(&text.to_string(), "t.json".as_ref(), &here, &LoadOptions::default());
+    std::fs::remove_dir_all(&here).unwrap();
+    scene
+}
+
+#[test]
+fn lights_of_a_gltf_file_take_measured_spectra_and_profiles_by_name() {
+    let luminous = |s: &abbe::spectrum::Spectrum| abbe::color::cie::xyz_of(s, abbe::spectrum::library::Observer::Cie1931)[1];
+    let mut file = document();
+    file["nodes"][3]["name"] = json!("Key");
+    file["extensions"]["KHR_lights_punctual"]["lights"] =
+        json!([{"name": "Area.001", "type": "spot", "intensity": 12, "color": [1, 1, 1]}]);
+    let red = json!({"spectrum": {"file": "red.spd"}});
+    for name in ["Key", "Area.001"] {
+        let scene = relit(&file, json!({name: {"intensity": red}})).unwrap_or_else(|e| panic!("{e}"));
+        let Light::Spot { intensity, direction, .. } = &scene.lights[0] else { panic!("{:?}", scene.lights) };
+        assert!((luminous(intensity) - 12.0).abs() < 0.01 && intensity.eval(550.0) == 0.0, "the candela of the file");
+        assert!((*direction - DVec3::NEG_Y).length() < 1e-12);
+    }
+    let measured = relit(&file, json!({"Key": {"profile": "lamp.ies", "intensity": red}})).unwrap();
+    let own = crate::load_text(&crate::scene_with(
+        "lights",
+        r#"[{"spot": {"position": [0, 0, 0], "direction": [0, -1, 0], "profile": "lamp.ies"}}]"#,
+    ));
+    let own = own.unwrap();
+    let [Light::Profile { intensity, profile, axes, .. }, Light::Profile { intensity: white, profile: same, .. }] =
+        [&measured.lights[0], &own.lights[0]]
+    else {
+        panic!("{:?}", measured.lights)
+    };
+    assert!(*profile == *same && (luminous(intensity) / luminous(white) - 1.0).abs() < 1e-3 && intensity.eval(550.0) == 0.0);
+    assert!((axes.z_axis - DVec3::NEG_Y).length() < 1e-12);
+    let bright = json!({"spectrum": {"file": "red.spd"}, "luminous_intensity_cd": 3});
+    let scene = relit(&file, json!({"Key": {"intensity": bright}})).unwrap();
+    let Light::Spot { intensity, .. } = &scene.lights[0] else { panic!("{:?}", scene.lights) };
+    assert!((luminous(intensity) - 3.0).abs() < 0.01);
+    let sun = relit(&document(), json!({})).unwrap();
+    assert!(matches!(sun.lights[..], [Light::Sun { .. }]));
+    for (file, lights, says) in [
+        (&file, json!({"Kee": {"intensity": red}}), "no light \"Kee\"; did you mean \"Key\"?"),
+        (&file, json!({"Key": {"irradiance": red}}), "kind \"spot\""),
+        (&file, json!({"Key": {"intensty": red}}), "did you mean \"intensity\"?"),
+    ] {
+        let line = relit(file, lights).unwrap_err().to_string();
+        assert!(line.contains("$.shapes[0].gltf.lights") && line.contains(says), "{line}");
+    }
 }

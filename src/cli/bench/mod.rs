@@ -112,7 +112,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     if let Some(path) = &args.output {
-        [path.clone(), path.with_extension("svg")].iter().try_for_each(|path| check_writable(path))?;
+        [path.clone(), path.with_extension("svg")].iter().try_for_each(|path| check_writable(path, &args.scenes))?;
     }
     interrupt::heed();
     let mut report = Report::new(args.output.as_deref(), args.json);
