@@ -240,6 +240,7 @@ fn spectrum_files_are_read_or_refused_by_line() {
         "# head\n400,1\r\n500.5,2e-3",
         "nm;value\n400;1 // first\n\n500.5;2e-3\n",
         "\u{feff}400\t1\n500.5\t 2e-3",
+        "nm;W/m2\r400;1,0\r500,5;0,002\r",
     ] {
         assert_eq!(library::parse_spectrum_text(text).as_ref(), Ok(&expected), "{text:?}");
     }
@@ -252,6 +253,8 @@ fn spectrum_files_are_read_or_refused_by_line() {
         ("inf 1", "line 1"),
         ("-400 1", "line 1"),
         ("400", "line 1"),
+        ("400 1\r\n500 2\r\nx", "line 3"),
+        ("0.4 1\n0.7 1", "micrometres"),
         ("400 1 2", "line 1"),
         ("a b\nc d", "line 2"),
         ("400 1\nx y", "line 2"),

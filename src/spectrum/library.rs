@@ -271,18 +271,21 @@ impl Entry {
     }
 }
 
-/// A spectrum from a user's file: one `nm value` per line, separated by blanks, a comma, a semicolon or a tab, wavelengths strictly increasing.
+/// A spectrum from a user's file: one `nm value` per line, separated by blanks, a comma, a semicolon or a tab, wavelengths strictly increasing. In a
+/// line with a semicolon commas are decimal.
 /// Empty lines, what follows `#` or `//`, and one heading line are passed over. The table holds its end values outside (`extend`).
 ///
 /// Errors name the line and what is wrong with it.
 pub fn parse_spectrum_text(text: &str) -> Result<Spectrum, String> {
     let (mut nm, mut values): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     let mut heading_seen = false;
-    for (i, line) in text.lines().enumerate() {
+    for (i, line) in text.replace("\r\n", "\n").split(['\n', '\r']).enumerate() {
         let line = line.trim_start_matches('\u{feff}');
         let line = line.split('#').next().unwrap_or_default().split("//").next().unwrap_or_default();
-        let fields: Vec<&str> =
-            line.split([' ', '\t', ',', ';']).map(|f| f.trim().trim_matches('"')).filter(|f| !f.is_empty()).collect();
+        // Where semicolons separate, commas are decimal: so write spreadsheets in half of the world.
+        let (line, separators) =
+            if line.contains(';') { (line.replace(',', "."), [' ', '\t', ';']) } else { (line.to_string(), [' ', '\t', ',']) };
+        let fields: Vec<&str> = line.split(separators).map(|f| f.trim().trim_matches('"')).filter(|f| !f.is_empty()).collect();
         if fields.is_empty() {
             continue;
         }
@@ -305,5 +308,11 @@ pub fn parse_spectrum_text(text: &str) -> Result<Spectrum, String> {
         nm.push(x);
         values.push(y);
     }
-    if nm.is_empty() { Err("no \"nm value\" line in the file".into()) } else { Ok(Spectrum::Table { nm, values, extend: true }) }
+    match (nm.first(), nm.last()) {
+        (Some(first), Some(last)) if *last < 10.0 => {
+            Err(format!("wavelengths from {first} to {last} nm: these look like micrometres"))
+        }
+        (Some(_), _) => Ok(Spectrum::Table { nm, values, extend: true }),
+        _ => Err("no \"nm value\" line in the file".into()),
+    }
 }
