@@ -19,22 +19,34 @@ fn scale_beta(factor: f32) {
 }
 
 #if LANE_CHOICE
-// A lane with probability beta / sum(beta): the one-sample mixture over wavelengths; callers divide by the mixture's pdf.
-fn sample_lane(u: f32) -> u32 {
-    let target_sum = u * sum_beta();
+var<private> lane_shares: array<vec4f, LANES4>; // probabilities, but for a common factor
+
+// A lane with probability lane_shares / their sum.
+fn choose_lane(u: f32) -> u32 {
+    var total = vec4f(0.0);
+    for (var k = 0u; k < LANES4; k++) {
+        total += lane_shares[k];
+    }
+    let target_sum = u * sum4(total);
     var lane = 0u;
     var last = 0u;
     var s = 0.0;
     for (var k = 0u; k < LANES4; k++) {
         for (var c = 0u; c < 4u; c++) {
-            let b = beta[k][c];
-            // The last lane of non-zero throughput catches what rounding leaves over.
-            last = select(last, 4u * k + c, b > 0.0);
-            s += b;
+            let share = lane_shares[k][c];
+            // The last lane of a share that is not zero catches what rounding leaves over.
+            last = select(last, 4u * k + c, share > 0.0);
+            s += share;
             lane = select(lane, 4u * k + c + 1u, s <= target_sum);
         }
     }
     return min(lane, last);
+}
+
+// A lane with probability beta / sum(beta): the one-sample mixture over wavelengths; callers divide by the mixture's pdf.
+fn sample_lane(u: f32) -> u32 {
+    lane_shares = beta;
+    return choose_lane(u);
 }
 #endif
 

@@ -1,15 +1,57 @@
 // The boundary between two volumes: reflection, refraction, and the parting of wavelengths.
 
 #if DISPERSION
+#if !CAMERA_PATHS
+// Bins want lanes by what they carry, the picture by their luminance: half of each. `total` is the sum of what they carry.
+fn share_lanes(total: f32) {
+    var y = 0.0;
+    for (var k = 0u; k < LANES4; k++) {
+        y += dot(beta[k], spectrum(ROW_Y, k));
+    }
+    let by_power = select(1.0, 0.5, y > 0.0);
+    for (var k = 0u; k < LANES4; k++) {
+        lane_shares[k] = beta[k] * (safe_ratio(by_power, total) + safe_ratio(1.0 - by_power, y) * spectrum(ROW_Y, k));
+    }
+}
+
+#if GATHERED
+// Share of light paths that keep the lane of the camera paths: the more, the less light is lost to visible points, and the more do bins differ between passes.
+const WITH_CAMERA = 0.8;
+
+// Probability of keeping this lane, in the mean over what the camera paths of a pass may keep.
+fn parting_density(lane: u32) -> f32 {
+    var own = vec4f(0.0);
+    var carried = vec4f(0.0);
+    for (var k = 0u; k < LANES4; k++) {
+        let share = bitcast<vec4f>(fetch(spectra, pass_base + params.spectra_stride - 3u - LANES4 + k));
+        own += share * one_hot(lane, k);
+        carried += select(vec4f(0.0), share, beta[k] > vec4f(0.0));
+    }
+    return WITH_CAMERA * sum4(own) + (1.0 - WITH_CAMERA * sum4(carried)) * lane_share_at(lane);
+}
+#endif
+
+fn lane_share_at(lane: u32) -> f32 {
+    var share = vec4f(0.0);
+    for (var k = 0u; k < LANES4; k++) {
+        share += lane_shares[k] * one_hot(lane, k);
+    }
+    return sum4(share);
+}
+#endif
+
 // Keeps one wavelength of a path that still carries all of them; returns its lane. Camera paths of a pass choose among the same few lanes, as even over a
-// pixel's samples as can be; light paths choose by power, but half of them, where they are gathered, what the camera paths choose.
+// pixel's samples as can be, or all keep the same one where they are gathered. Light paths choose by what they carry and by its luminance; where they are
+// gathered, most of them keep what the camera paths keep. The throughput is right for gathering, within the pass; joints to the sensor have no need of the
+// camera paths' lane, and count in the mean over all passes (path.at_joints), without the great weights of what a pass hardly ever keeps.
 fn part_wavelengths() -> u32 {
+    let total = sum_beta();
 #if CAMERA_PATHS || GATHERED
     let lanes = fetch(spectra, pass_base + params.spectra_stride - 3u);
-    // 1 / (4 times the probability of the lane): the sum over a lane is 1 in the mean of all passes.
-    let weights = bitcast<vec4f>(fetch(spectra, pass_base + params.spectra_stride - 2u));
 #endif
 #if CAMERA_PATHS
+    // 1 / (4 times the probability of the lane): the sum over a lane is 1 in the mean of all passes.
+    let weights = bitcast<vec4f>(fetch(spectra, pass_base + params.spectra_stride - 2u));
     let choice = ((sampler_index & 1u) << 1u | ((sampler_index >> 1u) & 1u)) ^ (sampler_pixel & 3u);
     path.lane = u32(component(vec4f(lanes), choice));
     let weight = 4.0 * component(weights, choice);
@@ -17,28 +59,23 @@ fn part_wavelengths() -> u32 {
         beta[k] *= weight * one_hot(path.lane, k);
     }
 #else
-    let total = sum_beta();
+    share_lanes(total);
 #if GUIDED
     let u = numbers.choices.y;
 #else
     let u = event_light.x;
 #endif
 #if GATHERED
-    let power = weights * vec4f(beta_at(lanes.x), beta_at(lanes.y), beta_at(lanes.z), beta_at(lanes.w));
-    let total_few = sum4(power);
-    let among_few = select(0.0, 0.5, total_few > 0.0);
-    if (u < among_few) {
-        let at = 2.0 * u * total_few;
-        let upto = vec3f(power.x, power.x + power.y, power.x + power.y + power.z);
-        path.lane = u32(component(vec4f(lanes), select(0u, 1u, at >= upto.x) + select(0u, 1u, at >= upto.y) + select(0u, 1u, at >= upto.z)));
-    } else {
-        path.lane = sample_lane((u - among_few) / (1.0 - among_few));
+    let with_camera = select(0.0, WITH_CAMERA, beta_at(lanes.x) > 0.0);
+    path.lane = lanes.x;
+    if (u >= with_camera) {
+        path.lane = choose_lane((u - with_camera) / (1.0 - with_camera));
     }
-    let own = sum4(select(vec4f(0.0), power, lanes == vec4u(path.lane)));
-    let probability = among_few * safe_ratio(own, total_few) + (1.0 - among_few) * safe_ratio(beta_at(path.lane), total);
+    let probability = select(0.0, with_camera, path.lane == lanes.x) + (1.0 - with_camera) * lane_share_at(path.lane);
+    path.at_joints *= safe_ratio(probability, parting_density(path.lane));
 #else
-    path.lane = sample_lane(u);
-    let probability = safe_ratio(beta_at(path.lane), total);
+    path.lane = choose_lane(u);
+    let probability = lane_share_at(path.lane);
 #endif
     // Zero for a path that carries nothing.
     let kept = safe_ratio(beta_at(path.lane), probability);
@@ -46,6 +83,8 @@ fn part_wavelengths() -> u32 {
         beta[k] = kept * one_hot(path.lane, k);
     }
 #endif
+    // What is rarely kept must not outlive what is often kept.
+    path.start *= safe_ratio(sum_beta(), total);
     return path.lane;
 }
 #endif

@@ -139,7 +139,7 @@ fn connection_weight(sensor: LightSample, v: Vertex) -> f32 {
         others += path.emission * path.gathers * gather_measure(gathering, gather_radius(path.length + sensor.distance));
     }
 #endif
-    return sensor.weight / (1.0 + safe_ratio(others, joined));
+    return path.at_joints * sensor.weight / (1.0 + safe_ratio(others, joined));
 }
 #endif
 #endif

@@ -16,6 +16,7 @@ struct Path {
     joins: f32, // density of light paths for this one, over that of emission (techniques.wgsl)
     view: u32, // VIEW_*: what lies between the sensor and the path's end
 #else
+    at_joints: f32, // what the throughput is worth at joints to the sensor, over what it is worth at visible points
     emission: f32, // number of light paths times the density of emission
     chance: f32, // density of camera paths that hit or sample the light
     gathers: f32, // cosine over pdf for a camera path at the last vertex at which this one could be gathered, or 0

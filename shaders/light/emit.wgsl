@@ -140,6 +140,7 @@ fn emit() -> Ray {
     inside = light.inside;
 #endif
     start_path(ray);
+    path.at_joints = 1.0;
 #if CHANCE
     path.chance = chance;
 #endif

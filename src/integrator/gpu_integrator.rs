@@ -93,7 +93,7 @@ impl GpuIntegrator {
             gpu_scene.origin,
             gpu_scene.power,
             gather::reach(scene),
-            gpu_scene.rows.len() as u32 * plan.lanes.div_ceil(4) + 3,
+            (gpu_scene.rows.len() as u32 + 1) * plan.lanes.div_ceil(4) + 3,
         )?;
         let largest = |p: &Params| tiles(&gpu, &plan, p.image_width, p.image_height)[0];
         let blocks = [params, probed(&params)].iter().map(|p| blocks(largest(p))).max().unwrap_or(1);
@@ -228,6 +228,9 @@ impl GpuIntegrator {
                 values.resize(lanes.next_multiple_of(4), 1.0);
                 table.extend(values.chunks_exact(4).map(Vec4::from_slice));
             }
+            let mut shares: Vec<f32> = self.wavelengths.parting_shares().map(|share| share as f32).collect();
+            shares.resize(lanes.next_multiple_of(4), 0.0);
+            table.extend(shares.chunks_exact(4).map(Vec4::from_slice));
             let parting = self.wavelengths.parting_lanes(self.parting_lanes(), parting);
             table.push(Vec4::from_array(parting.map(|(lane, _)| f32::from_bits(lane))));
             table.push(Vec4::from_array(parting.map(|(_, weight)| weight as f32)));

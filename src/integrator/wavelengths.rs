@@ -92,6 +92,12 @@ impl Wavelengths {
         })
     }
 
+    /// Probability of each lane to be the one of [`Wavelengths::parting_lanes`] where that is one.
+    pub fn parting_shares(&self) -> impl Iterator<Item = f64> {
+        let total = self.parting[self.parting.len() - 1];
+        self.parting.windows(2).map(move |upto| (upto[1] - upto[0]) / total)
+    }
+
     /// Wavelengths a path carries for a film of `bins`: one per bin up to 32, for fewer than four a multiple of them.
     pub fn lanes(bins: u32) -> u32 {
         match bins {
