@@ -50,12 +50,16 @@ fn sample_lane(u: f32) -> u32 {
 }
 #endif
 
-fn beta_at(lane: u32) -> f32 {
+fn at_lane(values: ptr<private, array<vec4f, LANES4>>, lane: u32) -> f32 {
     var chosen = vec4f(0.0);
     for (var k = 0u; k < LANES4; k++) {
-        chosen += beta[k] * one_hot(lane, k);
+        chosen += (*values)[k] * one_hot(lane, k);
     }
     return sum4(chosen);
+}
+
+fn beta_at(lane: u32) -> f32 {
+    return at_lane(&beta, lane);
 }
 
 // Value of a spectrum at one lane.

@@ -27,17 +27,9 @@ fn parting_density(lane: u32) -> f32 {
         own += share * one_hot(lane, k);
         carried += select(vec4f(0.0), share, beta[k] > vec4f(0.0));
     }
-    return WITH_CAMERA * sum4(own) + (1.0 - WITH_CAMERA * sum4(carried)) * lane_share_at(lane);
+    return WITH_CAMERA * sum4(own) + (1.0 - WITH_CAMERA * sum4(carried)) * at_lane(&lane_shares, lane);
 }
 #endif
-
-fn lane_share_at(lane: u32) -> f32 {
-    var share = vec4f(0.0);
-    for (var k = 0u; k < LANES4; k++) {
-        share += lane_shares[k] * one_hot(lane, k);
-    }
-    return sum4(share);
-}
 #endif
 
 // Keeps one wavelength of a path that still carries all of them; returns its lane. Camera paths of a pass choose among the same few lanes, as even over a
@@ -71,11 +63,11 @@ fn part_wavelengths() -> u32 {
     if (u >= with_camera) {
         path.lane = choose_lane((u - with_camera) / (1.0 - with_camera));
     }
-    let probability = select(0.0, with_camera, path.lane == lanes.x) + (1.0 - with_camera) * lane_share_at(path.lane);
+    let probability = select(0.0, with_camera, path.lane == lanes.x) + (1.0 - with_camera) * at_lane(&lane_shares, path.lane);
     path.at_joints *= safe_ratio(probability, parting_density(path.lane));
 #else
     path.lane = choose_lane(u);
-    let probability = lane_share_at(path.lane);
+    let probability = at_lane(&lane_shares, path.lane);
 #endif
     // Zero for a path that carries nothing.
     let kept = safe_ratio(beta_at(path.lane), probability);
