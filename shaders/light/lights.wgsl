@@ -35,14 +35,46 @@ fn choose_light(u: f32) -> u32 {
     return select(light_at(i).alias_index, i, x - f32(i) < light_at(i).alias_threshold);
 }
 
-#if LIGHT_TREE
-#include "light/tree.wgsl"
+struct LightChoice {
+    index: u32,
+    probability: f32,
+}
+
+#if LIGHT_GRID
+#include "light/grid.wgsl"
+#endif
+
+// A light for the point `p`: one that has a place by what it could send there, another by its share.
+fn choose_light_for(p: vec3f, u: f32) -> LightChoice {
+#if LIGHT_GRID
+    if (NEAR_SHARE < 1.0 && u >= NEAR_SHARE) {
+        var left = u - NEAR_SHARE;
+        var chosen = NEAR_LIGHTS;
+        for (var i = NEAR_LIGHTS; i + 1u < LIGHTS; i++) {
+            let share = light_at(i).probability;
+            if (chosen == i && left >= share) {
+                left -= share;
+                chosen = i + 1u;
+            }
+        }
+        return LightChoice(chosen, light_at(chosen).probability);
+    }
+    return choose_near_light(p, u / NEAR_SHARE);
 #else
+    let index = choose_light(u);
+    return LightChoice(index, light_at(index).probability);
+#endif
+}
+
 // Probability that a camera path at `p` chooses light `index`.
 fn probability_of_choice(light: Light, index: u32, p: vec3f) -> f32 {
+#if LIGHT_GRID
+    if (index < NEAR_LIGHTS) {
+        return probability_of_near_light(index, p);
+    }
+#endif
     return light.probability;
 }
-#endif
 
 #if LIGHT_SPHERE
 // 1 - cos of the angle that a sphere subtends, without cancellation for small and distant ones.
@@ -239,21 +271,12 @@ fn intensity_along(light: Light, d: vec3f) -> f32 {
 #if LIGHT_SAMPLES
 // Light incident at `p`, from one light of the scene.
 fn sample_light(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
-#if LIGHT_TREE
     let choice = choose_light_for(p, u_choice);
-    if (choice.index == NONE) {
-        return no_light();
-    }
-    let index = choice.index;
-    var light = light_at(index);
+    var light = light_at(choice.index);
     light.probability = choice.probability;
-#else
-    let index = choose_light(u_choice);
-    let light = light_at(index);
-#endif
     var s = sample_light_of(light, p, u);
 #if CAUSTICS
-    s.index = index;
+    s.index = choice.index;
 #endif
     return s;
 }

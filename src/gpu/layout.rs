@@ -285,22 +285,6 @@ shared_records! {
         pad_1: u32,
     }
 
-    /// Lights of the tree over them.
-    struct LightNode {
-        /// Around the lights: centre, radius.
-        sphere: Vec4,
-        /// Axis of their normals, cosine of the greatest angle to it.
-        cone: Vec4,
-        /// Sine of that angle.
-        sin_angle: f32,
-        /// Share of the scene's light.
-        share: f32,
-        /// First of two children, or NO_INDEX for a single light.
-        child: u32,
-        /// Index of the light; the top bit is 1 if some emit on both sides.
-        light: u32,
-    }
-
     /// A mesh in one of its places.
     struct Instance {
         /// Row of the transform from the mesh's space to the world's.

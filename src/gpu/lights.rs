@@ -1,7 +1,8 @@
 //! The list of lights for next-event estimation: every emitting primitive and every light that is no shape, with an alias table by power.
 
-use super::layout::{self, Light, LightNode, NO_INDEX};
-use super::light_tree;
+use super::layout::{self, Light, NO_INDEX};
+use super::light_grid::{self, LightGrid};
+use super::placed_lights::{light_grid_pays, placed};
 use super::profiles::Profiles;
 use super::scene::{Rows, SpectrumRow, alias_table, rank};
 use super::textures::Textures;
@@ -25,10 +26,8 @@ pub(super) struct Lights {
     pub profiles: Vec<Vec4>,
     /// Index of the first distant light.
     pub first_distant: usize,
-    /// The tree over all others, if it pays: its nodes, and then the trails of the lights, four to a texel.
-    pub tree: Vec<UVec4>,
-    /// Where the trails begin.
-    pub first_trail: usize,
+    /// What chooses among all others, if it pays.
+    pub grid: LightGrid,
     /// Probability of a light that is not distant.
     pub near_share: f64,
     /// Index of the environment picture, or of nothing.
@@ -180,16 +179,11 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
         record.alias_threshold = threshold as f32;
         record.alias_index = alias;
     }
-    let mut tree = Vec::new();
-    let mut first_trail = 0;
-    if light_tree::pays(scene) {
-        let mut placed = light_tree::placed(scene);
+    let mut grid = LightGrid::default();
+    if light_grid_pays(scene) {
+        let mut placed = placed(scene);
         placed.iter_mut().zip(&records).for_each(|(light, record)| light.share = f64::from(record.probability));
-        let (nodes, mut trails) = light_tree::build(&placed, origin);
-        tree = bytemuck::cast_slice::<LightNode, UVec4>(&nodes).to_vec();
-        first_trail = tree.len();
-        trails.resize(trails.len().next_multiple_of(4), 0);
-        tree.extend(trails.chunks_exact(4).map(UVec4::from_slice));
+        grid = light_grid::build(&placed, bounds, origin);
     }
     // Exactly 1 where there is nothing else to choose.
     let near_share = 1.0 - records[first_distant..].iter().map(|r| f64::from(r.probability)).sum::<f64>();
@@ -201,8 +195,7 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
         environment,
         profiles,
         first_distant,
-        tree,
-        first_trail,
+        grid,
         near_share,
         environment_light,
         power,

@@ -142,7 +142,7 @@ impl GpuScene {
             ("materials", gpu.table("materials", &materials)?),
             ("interiors", gpu.table("volumes", &interiors)?),
             ("lights", gpu.table("lights", &records)?),
-            ("light_tree", gpu.table("tree of lights", &lights.tree)?),
+            ("light_grid", gpu.table("grid of lights", &lights.grid.texels)?),
             ("tables", gpu.storage("energy tables", &tables.entries)?),
             ("targets", gpu.table("targets of light paths", &targets)?),
             ("environment", gpu.table("environment picture", &lights.environment)?),
@@ -151,7 +151,7 @@ impl GpuScene {
         ];
         let bytes = resources.iter().map(|(_, r)| r.size()).sum();
         let constants = format!(
-            "const BVH_STACK = {}u;\nconst LIGHTS = {}u;\nconst FIRST_DISTANT_LIGHT = {}u;\nconst ENVIRONMENT_LIGHT = {}u;\nconst TARGETS = {}u;\nconst FIRST_UV = {first_uv}u;\nconst FIRST_INSTANCED = {}u;\nconst FIRST_OWNER = {}u;\nconst TREE_LIGHTS = {}u;\nconst TREE_SHARE = {:?};\nconst FIRST_TRAIL = {}u;\n",
+            "const BVH_STACK = {}u;\nconst LIGHTS = {}u;\nconst FIRST_DISTANT_LIGHT = {}u;\nconst ENVIRONMENT_LIGHT = {}u;\nconst TARGETS = {}u;\nconst FIRST_UV = {first_uv}u;\nconst FIRST_INSTANCED = {}u;\nconst FIRST_OWNER = {}u;\nconst NEAR_LIGHTS = {}u;\nconst NEAR_SHARE = {:?};\n{}",
             geometry.stack,
             records.len(),
             lights.first_distant,
@@ -161,7 +161,7 @@ impl GpuScene {
             geometry.instances.first_owner,
             lights.first_distant,
             lights.near_share as f32,
-            lights.first_trail,
+            lights.grid.constants,
         );
         let power = lights.power;
         Ok(Self { resources, power, lights: records.len(), rows: rows.all, constants, origin, bytes })

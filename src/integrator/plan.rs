@@ -1,7 +1,7 @@
 //! What a scene needs, worked out before a shader is compiled: only that is in the pipeline.
 
 use crate::geometry::{Bounds, bounds};
-use crate::gpu::light_tree_pays;
+use crate::gpu::light_grid_pays;
 use crate::scene::{Filter, Geometry, Light, Material, Mesh, Scene, Sensor, Shape};
 use crate::spectrum::Ior;
 use glam::DVec3;
@@ -146,7 +146,7 @@ impl Plan {
             ("CONTACT", volumes_touch(scene)),
             ("PASS_THROUGH", boundary || volumes_overlap(scene)),
             ("LIGHTS_PRESENT", lights),
-            ("LIGHT_TREE", techniques.light_samples && light_tree_pays(scene)),
+            ("LIGHT_GRID", techniques.light_samples && light_grid_pays(scene)),
             ("LIGHT_AREA", area),
             ("LIGHT_TRIANGLE", emits(&|g| matches!(g, Geometry::Mesh(_)))),
             ("LIGHT_SPHERE", emits(&|g| matches!(g, Geometry::Sphere { .. }))),
@@ -226,9 +226,9 @@ impl Plan {
     }
 
     /// The same, and lights are chosen by power, however many there are.
-    pub fn without_light_tree(mut self) -> Self {
+    pub fn with_lights_by_power(mut self) -> Self {
         for features in std::iter::once(&mut self.camera).chain(&mut self.light) {
-            features.insert("LIGHT_TREE", false);
+            features.insert("LIGHT_GRID", false);
         }
         self
     }
@@ -407,7 +407,7 @@ impl fmt::Display for Plan {
                 "lights",
                 &[
                     ("CONNECT", "sampled directly"),
-                    ("LIGHT_TREE", "chosen by a tree"),
+                    ("LIGHT_GRID", "chosen by a grid"),
                     ("LIGHT_TRIANGLE", "meshes"),
                     ("LIGHT_SPHERE", "spheres"),
                     ("LIGHT_DISC", "discs"),

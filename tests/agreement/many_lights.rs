@@ -1,4 +1,4 @@
-//! Many lights, chosen by a tree, give the light that they give when chosen by power.
+//! Many lights, chosen by a grid, give the light that they give when chosen by power.
 //!
 //! Seen to fail: with the probability of a choice taken from the power of the lights where one is hit by chance.
 
@@ -36,16 +36,16 @@ fn many() -> Scene {
 }
 
 #[test]
-fn lights_chosen_by_a_tree_give_what_they_give_when_chosen_by_power() {
+fn lights_chosen_by_a_grid_give_what_they_give_when_chosen_by_power() {
     let scene = many();
     let plan = Plan::new(&scene, Techniques::default());
-    assert!(plan.has("LIGHT_TREE"));
+    assert!(plan.has("LIGHT_GRID"));
     let render = |plan: Plan, seed: u64, spp: u32| {
         let mut integrator = GpuIntegrator::with_plan(&scene, None, seed, plan).expect("an adapter for the scene");
         let mut batches = Batches::new(&scene);
         (0..BATCHES).for_each(|_| batches.add(&mut integrator, &scene, spp));
         batches.figures()
     };
-    let (tree, power) = (render(plan.clone(), 1, 8), render(plan.without_light_tree(), 2, 16));
-    agree("many lights", &pairs(&tree, &power, 3.0), 0.75);
+    let (grid, power) = (render(plan.clone(), 1, 8), render(plan.with_lights_by_power(), 2, 16));
+    agree("many lights", &pairs(&grid, &power, 3.0), 0.75);
 }

@@ -13,7 +13,7 @@ use wgpu::naga::{self, Function, Handle, Module, Statement};
 fn kernels(scene: &Scene) -> Vec<(&'static str, String)> {
     let plan = Plan::new(scene, Techniques::default());
     let constants = plan.constants()
-        + "const BVH_STACK = 24u;\nconst LIGHTS = 3u;\nconst FIRST_DISTANT_LIGHT = 1u;\nconst ENVIRONMENT_LIGHT = 2u;\nconst TARGETS = 2u;\nconst HEADS = 1024u;\nconst FIRST_UV = 8u;\nconst FIRST_INSTANCED = 1024u;\nconst FIRST_OWNER = 70u;\nconst TREE_LIGHTS = 1u;\nconst TREE_SHARE = 0.5;\nconst FIRST_TRAIL = 30u;\n";
+        + "const BVH_STACK = 24u;\nconst LIGHTS = 3u;\nconst FIRST_DISTANT_LIGHT = 1u;\nconst ENVIRONMENT_LIGHT = 2u;\nconst TARGETS = 2u;\nconst HEADS = 1024u;\nconst FIRST_UV = 8u;\nconst FIRST_INSTANCED = 1024u;\nconst FIRST_OWNER = 70u;\nconst NEAR_LIGHTS = 1u;\nconst NEAR_SHARE = 0.5;\nconst LIGHT_GRID_SIDE = 4u;\nconst LIGHT_ENTRIES = 1u;\nconst LIGHTS_OF_ENTRY = 2u;\nconst FIRST_LIGHT_IN_ORDER = 64u;\nconst SCENE_RAMP_LOW = vec3f(0.0);\nconst SCENE_RAMP_PER_METRE = vec3f(1.0);\nconst NEAR_RAMP_LOW = vec3f(0.0);\nconst NEAR_RAMP_PER_METRE = vec3f(2.0);\n";
     let mut roots = vec![("camera_paths.wgsl", &plan.camera), ("update_film.wgsl", &plan.camera)];
     let first_hits = plan.first_hits();
     roots.push(("first_hits.wgsl", &first_hits));
@@ -108,7 +108,7 @@ fn axes() -> [Vec<Value>; 5] {
     [materials, lights, sensors, media, films]
 }
 
-/// So many lights near what they light that a tree over them pays.
+/// So many lights near what they light that a grid pays.
 fn many_points() -> Value {
     let at = |i: u32| [f64::from(i % 10) * 0.5 - 2.0, 0.2, f64::from(i / 10) * 0.5 - 2.0];
     json!({"lights": (0..100).map(|i| json!({"point": {"position": at(i), "intensity": 1}})).collect::<Vec<_>>()})
@@ -161,7 +161,7 @@ fn kernels_of_all_combinations_are_valid_without_any_capability_and_bind_nothing
     let shared: Vec<_> = scenes.iter().step_by(4).cloned().map(with_instances).collect();
     scenes.extend(shared);
     let has = |feature: &str| scenes.iter().any(|s| Plan::new(s, Techniques::default()).has(feature));
-    assert!(has("LIGHT_TREE") && has("INSTANCES"));
+    assert!(has("LIGHT_GRID") && has("INSTANCES"));
     scenes.extend(shipped_scenes().into_iter().map(|(_, scene)| scene));
     let (mut seen, mut idle) = (BTreeSet::new(), BTreeSet::new());
     for scene in &scenes {

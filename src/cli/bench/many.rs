@@ -34,8 +34,7 @@ pub fn run(args: &Args, report: &mut Report) -> Result<()> {
     for count in [10, 1000, 100_000] {
         let scene = lights(count)?;
         let planned = Plan::new(&scene, Techniques::default());
-        let has_tree = planned.has("LIGHT_TREE");
-        let plans = if has_tree { vec![planned.clone(), planned.without_light_tree()] } else { vec![planned] };
+        let plans = [planned.clone(), planned.with_lights_by_power()];
         for plan in plans {
             lit(args, &format!("{count} lights"), &scene, plan, report)?;
         }
@@ -59,7 +58,7 @@ fn case(name: String, scene: Result<Scene>, base: usize, limit: Option<f64>) -> 
 
 /// Error and time of a scene, and what they come to: time for an error of 1 %.
 fn lit(args: &Args, name: &str, scene: &Scene, plan: Plan, report: &mut Report) -> Result<()> {
-    let by = if plan.has("LIGHT_TREE") { "by a tree" } else { "by power" };
+    let by = if plan.has("LIGHT_GRID") { "by a grid" } else { "by power" };
     let mut integrator = GpuIntegrator::with_plan(scene, args.device.as_deref(), args.seed, plan)?;
     let mut film = Film::try_new(&scene.film)?;
     let mut warm = Film::try_new(&scene.film)?;
