@@ -27,17 +27,25 @@ fn surface_at(ray: Ray, hit: Hit) -> Surface {
     let kind = bitcast<u32>(r0.w) >> 29u;
     if (kind != PRIMITIVE_TRIANGLE) {
         let q = ray.o + hit.t * ray.d - r0.xyz;
+#if SPHERES
         if (kind == PRIMITIVE_SPHERE) {
             s.n = normalize(q);
             s.p = r0.xyz + r2.x * s.n; // back onto the sphere: the error no longer grows with the ray's length
-        } else if (kind == PRIMITIVE_DISC) {
+        }
+#endif
+#if DISCS
+        if (kind == PRIMITIVE_DISC) {
             s.n = r1.xyz;
             s.p = r0.xyz + (q - dot(q, s.n) * s.n);
-        } else {
+        }
+#endif
+#if CYLINDERS
+        if (kind == PRIMITIVE_CYLINDER) {
             let h = dot(q, r1.xyz);
             s.n = normalize(q - h * r1.xyz);
             s.p = r0.xyz + h * r1.xyz + r2.x * s.n;
         }
+#endif
         let magnitude = abs(r0.xyz) + abs(s.p - r0.xyz);
         s.error = GAMMA_7 * dot(abs(s.n), magnitude);
         s.ns = s.n;

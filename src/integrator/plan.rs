@@ -105,6 +105,9 @@ impl Plan {
         let lanes = super::Wavelengths::lanes(scene.film.bins.count);
         let features = BTreeMap::from([
             ("QUADRICS", shape(&|g| !matches!(g, Geometry::Mesh(_) | Geometry::Instance(_)))),
+            ("SPHERES", shape(&|g| matches!(g, Geometry::Sphere { .. }))),
+            ("DISCS", shape(&|g| matches!(g, Geometry::Disc { .. }))),
+            ("CYLINDERS", shape(&|g| matches!(g, Geometry::Cylinder { .. }))),
             ("INSTANCES", shape(&|g| matches!(g, Geometry::Instance(_)))),
             (
                 "SMOOTH_NORMALS",
@@ -375,7 +378,9 @@ impl fmt::Display for Plan {
             (
                 "shapes",
                 &[
-                    ("QUADRICS", "analytic shapes"),
+                    ("SPHERES", "spheres"),
+                    ("DISCS", "discs"),
+                    ("CYLINDERS", "cylinders"),
                     ("INSTANCES", "shared meshes"),
                     ("SMOOTH_NORMALS", "smooth normals"),
                     ("PASS_THROUGH", "surfaces to pass through"),
