@@ -6,7 +6,7 @@
 
 #include "common/bindings.wgsl"
 
-@group(0) @binding(14) var<storage, read_write> samples: array<vec4f>;
+@group(0) @binding(14) var samples: WritableTable;
 
 #include "common/modules.wgsl"
 #include "sensor/sensor.wgsl"

@@ -9,11 +9,15 @@
 #if MANY_BINS
 @group(0) @binding(12) var<storage, read> lane_bins: array<u32>;
 #endif
-@group(0) @binding(14) var<storage, read> samples: array<vec4f>;
+@group(0) @binding(14) var samples: Table;
 
 #include "common/spectra.wgsl"
 #include "common/tile.wgsl"
 #include "common/sample_slot.wgsl"
+
+fn sample_at(i: u32) -> vec4f {
+    return bitcast<vec4f>(fetch(samples, i));
+}
 
 // Adds the samples in the slots from `slots` on to the film's pixel.
 fn update_pixel(in_tile: vec2u, slots: u32) {
@@ -29,15 +33,16 @@ fn update_pixel(in_tile: vec2u, slots: u32) {
         let slot = (slots + i) * LANES4;
         pass_base = i * params.spectra_stride;
         // Where the driver has ended the loop over paths.
-        if (samples[slot].x == UNFINISHED) {
+        if (sample_at(slot).x == UNFINISHED) {
             atomicAdd(&counters[COUNTER_UNFINISHED], 1u);
             continue;
         }
         var all = vec4f(0.0);
         var least = vec4f(0.0);
         for (var k = 0u; k < LANES4; k++) {
-            all += abs(samples[slot + k]);
-            least = min(least, samples[slot + k]);
+            let l = sample_at(slot + k);
+            all += abs(l);
+            least = min(least, l);
         }
         // A bad sample is dropped, and counted.
         if (!is_finite(sum4(all))) {
@@ -54,7 +59,7 @@ fn update_pixel(in_tile: vec2u, slots: u32) {
             continue;
         }
         for (var k = 0u; k < LANES4; k++) {
-            let l = samples[slot + k];
+            let l = sample_at(slot + k);
             xyz += vec3f(dot(l, spectrum(ROW_X, k)), dot(l, spectrum(ROW_Y, k)), dot(l, spectrum(ROW_Z, k)));
             let w = l * spectrum(ROW_BIN, k);
 #if MANY_BINS

@@ -3,7 +3,7 @@
 
 fn store_sample(slot: u32) {
     for (var k = 0u; k < LANES4; k++) {
-        samples[slot * LANES4 + k] = li[k];
+        textureStore(samples, texel(slot * LANES4 + k), bitcast<vec4u>(li[k]));
     }
 }
 
@@ -12,7 +12,7 @@ fn mark_unfinished(group: u32, local: u32) {
     for (var block = 0u; block < params.blocks; block++) {
         let first = first_slot(group, block, local);
         for (var i = 0u; i < params.samples; i++) {
-            samples[(first + i) * LANES4].x = UNFINISHED;
+            textureStore(samples, texel((first + i) * LANES4), bitcast<vec4u>(vec4f(UNFINISHED)));
         }
     }
 }

@@ -124,47 +124,33 @@ fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, sides: Sides) -> Ray
     if (cos_i <= 0.0) {
         return end_path(ray);
     }
-    var lane = select(path.lane, 0u, path.lane == NONE);
-    var q = component(interface_reflectance(m, cos_i, near.eta_row, far.eta_row, lane / 4u), lane % 4u);
 #if DISPERSION || FILM
-    // Reflection has the same direction at every wavelength: one choice for all, by the mean Fresnel reflectance of what the path carries. A path
-    // of one wavelength, or at bare glass of one index, needs no weights: its choice has just the probability that the light has.
-    let disperses = path.lane == NONE && (near.dispersive | far.dispersive) != 0u;
-    let weighs = disperses || (path.lane == NONE && !is_bare);
+    // Reflection has the same direction at every wavelength: one choice for all, by the mean Fresnel reflectance of what the path carries.
     var fresnel: array<vec4f, LANES4>;
-    if (weighs) {
-        var reflected = vec4f(0.0);
-        for (var k = 0u; k < LANES4; k++) {
-            fresnel[k] = interface_reflectance(m, cos_i, near.eta_row, far.eta_row, k);
-            reflected += beta[k] * fresnel[k];
-        }
-        let total = sum_beta();
-        q = select(0.0, sum4(reflected) / total, total > 0.0);
+    var reflected = vec4f(0.0);
+    for (var k = 0u; k < LANES4; k++) {
+        fresnel[k] = interface_reflectance(m, cos_i, near.eta_row, far.eta_row, k);
+        reflected += beta[k] * fresnel[k];
     }
+    let total = sum_beta();
+    let q = select(0.0, sum4(reflected) / total, total > 0.0);
+    let reflects = event_choice.x < q;
+    for (var k = 0u; k < LANES4; k++) {
+        beta[k] *= select((1.0 - fresnel[k]) / (1.0 - q), fresnel[k] / q, reflects);
+    }
+#else
+    let reflects = event_choice.x < interface_reflectance(m, cos_i, near.eta_row, far.eta_row, 0u).x;
 #endif
-    if (event_choice.x < q) {
-#if DISPERSION || FILM
-        if (weighs) {
-            for (var k = 0u; k < LANES4; k++) {
-                beta[k] *= fresnel[k] / q;
-            }
-        }
-#endif
+    if (reflects) {
         let d = normalize(ray.d + 2.0 * cos_i * ns);
         inside = here;
         scale_beta(adjoint_correction(ray.d, d, n, ns));
         let survives = dot(d, n) > 0.0 && survives_roulette();
         return continue_or_end(next_segment(leave(s, d), d, s.primitive, s.p, -1.0), survives);
     }
-#if DISPERSION || FILM
-    if (weighs) {
-        for (var k = 0u; k < LANES4; k++) {
-            beta[k] *= (1.0 - fresnel[k]) / (1.0 - q);
-        }
-    }
-#endif
+    var lane = select(path.lane, 0u, path.lane == NONE);
 #if DISPERSION
-    if (disperses) {
+    if (path.lane == NONE && (near.dispersive | far.dispersive) != 0u) {
         lane = part_wavelengths();
     }
 #endif

@@ -27,11 +27,11 @@ fn cell_head(cell: vec3i, pass_index: u32) -> u32 {
 
 // Where the rest of a point begins.
 fn rest_of_point(slot: u32) -> u32 {
-    return arrayLength(&points) / (1u + POINT_STRIDE) + slot * POINT_STRIDE;
+    return POINTS + slot * POINT_STRIDE;
 }
 
 #if CAMERA_PATHS
-@group(0) @binding(16) var<storage, read_write> points: array<vec4f>;
+@group(0) @binding(16) var points: WritableTable;
 @group(0) @binding(17) var<storage, read_write> heads: array<atomic<u32>>;
 
 var<private> point_slot: u32; // where this path's point goes
@@ -41,20 +41,20 @@ fn leave_point(p: vec3f, n: vec3f, radius: f32, kind: u32, g: f32) {
     let at = rest_of_point(point_slot);
     let pass_index = sampler_index - params.first_sample;
     let next = atomicExchange(&heads[cell_head(cell_of(p), pass_index)], point_slot + 1u);
-    points[point_slot] = vec4f(p, bitcast<f32>(next));
-    points[at] = vec4f(n, radius);
+    textureStore(points, texel(point_slot), vec4u(bitcast<vec3u>(p), next));
+    textureStore(points, texel(at), bitcast<vec4u>(vec4f(n, radius)));
     let about = kind | min(path.depth, 0x7fffu) << 16u | min(path.lane, 255u) << 8u | pass_index;
-    points[at + 1u] = vec4f(bitcast<f32>(sampled_pixel), bitcast<f32>(about), g, path.joins / f32(params.light_paths));
+    textureStore(points, texel(at + 1u), vec4u(sampled_pixel, about, bitcast<u32>(g), bitcast<u32>(path.joins / f32(params.light_paths))));
 #if SHEEN
-    points[at + 2u] = vec4f(bitcast<f32>(select(sheen, NONE, kind == FOG_POINT)), sheen_entered, 0.0, 0.0);
+    textureStore(points, texel(at + 2u), vec4u(select(sheen, NONE, kind == FOG_POINT), bitcast<u32>(sheen_entered), 0u, 0u));
 #endif
 }
 
 fn store_throughput(k: u32, throughput: vec4f) {
-    points[rest_of_point(point_slot) + POINT_HEAD + k] = throughput;
+    textureStore(points, texel(rest_of_point(point_slot) + POINT_HEAD + k), bitcast<vec4u>(throughput));
 }
 #else
-@group(0) @binding(16) var<storage, read> points: array<vec4f>;
+@group(0) @binding(16) var points: Table;
 @group(0) @binding(17) var<storage, read> heads: array<u32>;
 
 // Adds this vertex, the path's of this number, to all points around it; normals are on the side that a surface is lit from.
@@ -77,22 +77,23 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
                 corner += 1u;
             }
             if (next != 0u) {
-                let place = points[next - 1u];
-                let to_point = place.xyz - v.p;
+                let place = fetch(points, next - 1u);
+                let to_point = bitcast<vec3f>(place.xyz) - v.p;
                 found = select(NONE, next - 1u, dot(to_point, to_point) < reach * reach);
-                next = bitcast<u32>(place.w);
+                next = place.w;
             }
         }
         if (found == NONE) {
             break;
         }
-        let place = points[found].xyz;
+        let place = bitcast<vec3f>(fetch(points, found).xyz);
         let to_point = place - v.p;
         let at = rest_of_point(found);
-        let sides = points[at];
+        let sides = bitcast<vec4f>(fetch(points, at));
         let radius = sides.w;
-        let pixel_about = points[at + 1u];
-        let about = bitcast<u32>(pixel_about.y);
+        let pixel_about = fetch(points, at + 1u);
+        let about = pixel_about.y;
+        let coat_or_g = pixel_about.z;
         let lane = (about >> 8u) & 0xffu;
         // Another cell of the same head may hold the point, and have it looked at a second time.
         if (dot(to_point, to_point) > radius * radius || (about & 0xffu) != pass_index || any(cell_of(place) != cell)
@@ -108,7 +109,7 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         var factor = select(v.cos_from / max(abs(dot(ray.d, n)), 1e-20), 1.0, in_fog);
 #if SCATTERING
         if (in_fog) {
-            factor = phase_hg(-dot(sides.xyz, ray.d), pixel_about.z);
+            factor = phase_hg(-dot(sides.xyz, ray.d), bitcast<f32>(coat_or_g));
             camera.reverse = factor;
         }
 #endif
@@ -117,14 +118,14 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
             continue;
         }
 #if SHEEN
-        let over = points[at + 2u];
-        factor *= out_of_sheen(bitcast<u32>(over.x), over.y, min(abs(dot(sides.xyz, ray.d)), 1.0));
+        let over = fetch(points, at + 2u);
+        factor *= out_of_sheen(over.x, bitcast<f32>(over.y), min(abs(dot(sides.xyz, ray.d)), 1.0));
 #endif
         let measure = gather_measure(camera, radius);
         let gathered = path.emission * safe_ratio(measure * camera.cos_from, camera.reverse);
-        let others = camera_density_at(camera, number) + path.emission * pixel_about.w;
+        let others = camera_density_at(camera, number) + path.emission * bitcast<f32>(pixel_about.w);
 #if COAT
-        let over_point = select(bitcast<u32>(pixel_about.z) - 1u, NONE, in_fog);
+        let over_point = select(coat_or_g - 1u, NONE, in_fog);
         let coat_there = material_at(select(over_point, 0u, over_point == NONE));
         look_at_coat(coat_there);
         look_through_coat(coat_there, min(abs(dot(sides.xyz, ray.d)), 1.0));
@@ -132,12 +133,12 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         let kernel = select(measure, measure / v.extinction, in_fog);
         let w = factor / (kernel * (1.0 + safe_ratio(others, gathered)));
         for (var k = 0u; k < LANES4; k++) {
-            pending[k] = w * beta[k] * points[at + POINT_HEAD + k];
+            pending[k] = w * beta[k] * bitcast<vec4f>(fetch(points, at + POINT_HEAD + k));
 #if COAT
             pending[k] *= select(coat_share[k], vec4f(1.0), over_point == NONE);
 #endif
         }
-        let pixel = bitcast<u32>(pixel_about.x);
+        let pixel = pixel_about.x;
         splat_pixel = vec2u(pixel % params.image_width, pixel / params.image_width);
         splat(select(lane, path.lane, lane == 255u));
     }

@@ -20,7 +20,9 @@ struct EmissionNumbers {
 
 var<private> numbers: EmissionNumbers;
 var<private> guide_density: f32; // of the numbers, relative to even ones
-var<private> use_of_path: f32; // squared, without the warp
+// Squared, without the warp, in units of USE_UNIT: the points of a cell come in any order, which sums of floats would show.
+var<private> use_of_path: u32;
+const USE_UNIT = 0x1p-22;
 
 fn guided_numbers() -> EmissionNumbers {
     var v = next_2d();
@@ -30,7 +32,7 @@ fn guided_numbers() -> EmissionNumbers {
     var low_v = vec2f(0.0);
     var size_v = vec2f(1.0);
     guide_density = 1.0;
-    use_of_path = 0.0;
+    use_of_path = 0u;
     var node = fetch(guide, GUIDE_ROOT);
     while (node.x < GUIDE_AXES) {
         let is_axis = vec4u(node.x) == vec4u(0u, 1u, 2u, 3u);
@@ -58,17 +60,19 @@ fn guided_numbers() -> EmissionNumbers {
 fn note_use(pixel: vec2u, radiance: f32) {
     let block = pixel * GUIDE_BLOCKS / vec2u(params.image_width, params.image_height);
     let of_splat = min(guide_density * radiance * bitcast<f32>(fetch(guide, block.y * GUIDE_BLOCKS + block.x).x), MOST_USE);
-    use_of_path += of_splat * of_splat;
+    let sum = use_of_path + u32(of_splat * of_splat / USE_UNIT + 0.5);
+    use_of_path = select(sum, 0xffffffffu, sum < use_of_path);
 }
 
 // The path has ended. It is reported with a probability in proportion to what it adds to the integral of squared use, so that a rare bright one is not missed.
 fn report_use() {
     let name = hash2(sampler_index, params.batch);
-    if (unit_float(name) < params.guide_share * use_of_path / guide_density) {
+    let use_squared = f32(use_of_path) * USE_UNIT;
+    if (unit_float(name) < params.guide_share * use_squared / guide_density) {
         let at = atomicAdd(&uses.count, 1u);
         if (at < params.guide_room) {
             uses.records[2u * at] = numbers.at;
-            uses.records[2u * at + 1u] = vec4f(numbers.choices, use_of_path, guide_density);
+            uses.records[2u * at + 1u] = vec4f(numbers.choices, use_squared, guide_density);
         }
     }
 }

@@ -148,19 +148,37 @@ impl Gpu {
     /// [`Error::Device`] if it is larger than the adapter's textures.
     pub fn table<T: bytemuck::Pod>(&self, label: &str, data: &[T]) -> Result<Resource> {
         let mut bytes = bytemuck::cast_slice::<T, u8>(data).to_vec();
-        let texels = bytes.len().div_ceil(16).max(1) as u32;
+        let texture = self.texture(label, bytes.len().div_ceil(16) as u64)?;
+        let (width, size) = (texture.width(), texture.size());
+        bytes.resize((width * texture.height()) as usize * 16, 0);
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(width * 16), rows_per_image: None };
+        self.queue.write_texture(texture.as_image_copy(), &bytes, layout, size);
+        Ok(Resource::Table(texture.create_view(&Default::default()), bytes.len() as u64))
+    }
+
+    /// A table of so many texels of 16 bytes for one kernel to write and another to read.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if it is larger than the adapter's textures.
+    pub fn empty_table(&self, label: &str, texels: u64) -> Result<Resource> {
+        let texture = self.texture(label, texels)?;
+        let bytes = u64::from(texture.width()) * u64::from(texture.height()) * 16;
+        Ok(Resource::Table(texture.create_view(&Default::default()), bytes))
+    }
+
+    fn texture(&self, label: &str, texels: u64) -> Result<wgpu::Texture> {
         // Small tables need not fill a row.
-        let (width, height) = (texels.min(TABLE_WIDTH), texels.div_ceil(TABLE_WIDTH));
-        if height > self.device.limits().max_texture_dimension_2d {
+        let (width, height) = (texels.clamp(1, u64::from(TABLE_WIDTH)) as u32, texels.max(1).div_ceil(u64::from(TABLE_WIDTH)));
+        if height > u64::from(self.device.limits().max_texture_dimension_2d) {
             return Err(Error::device(
-                format!("the scene's {label} need {} MiB, more than a texture of {} holds", bytes.len() >> 20, self.info.name),
+                format!("the scene's {label} need {} MiB, more than a texture of {} holds", texels >> 16, self.info.name),
                 "use a smaller scene or another adapter",
             ));
         }
-        bytes.resize((width * height) as usize * 16, 0);
-        memory::count_on_adapter(bytes.len() as u64);
+        let height = height as u32;
+        memory::count_on_adapter(u64::from(width) * u64::from(height) * 16);
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+        Ok(self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(label),
             size,
             mip_level_count: 1,
@@ -169,10 +187,7 @@ impl Gpu {
             format: wgpu::TextureFormat::Rgba32Uint,
             usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
-        });
-        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(width * 16), rows_per_image: None };
-        self.queue.write_texture(texture.as_image_copy(), &bytes, layout, size);
-        Ok(Resource::Table(texture.create_view(&Default::default()), bytes.len() as u64))
+        }))
     }
 
     /// A storage buffer with this content (never empty: WebGPU has no zero-sized bindings).

@@ -341,11 +341,14 @@ shared_records! {
 /// Texels to a row of a table.
 pub const TABLE_WIDTH: u32 = 4096;
 
-/// WGSL that reads from tables: a texel by `fetch(table, index)`, a record by `load_NAME(table, index)`.
+/// WGSL for tables: a texel is read by `fetch(table, index)` and written by `textureStore(table, texel(index), ...)`, a record is read by
+/// `load_NAME(table, index)`.
 pub fn wgsl_loaders() -> String {
     let mut out = format!(
         "alias Table = texture_storage_2d<rgba32uint, read>;\n\
-         fn fetch(t: Table, i: u32) -> vec4u {{\n    return textureLoad(t, vec2u(i % {TABLE_WIDTH}u, i / {TABLE_WIDTH}u));\n}}\n"
+         alias WritableTable = texture_storage_2d<rgba32uint, write>;\n\
+         fn texel(i: u32) -> vec2u {{\n    return vec2u(i % {TABLE_WIDTH}u, i / {TABLE_WIDTH}u);\n}}\n\
+         fn fetch(t: Table, i: u32) -> vec4u {{\n    return textureLoad(t, texel(i));\n}}\n"
     );
     for ((name, fields), (_, size, offsets)) in FIELDS.iter().zip(record_layouts()) {
         let texels = size / 16;

@@ -40,7 +40,9 @@ fn order(lights: &[PlacedLight], around: Bounds) -> Vec<usize> {
         let faces = if light.two_sided || light.cone.angle > 1.0 { 6 } else { 2 * along + usize::from(axis[along] < 0.0) };
         let at = (light.center() - around.min) / (around.max - around.min).max(DVec3::splat(1e-30));
         let [x, y, z] = at.to_array().map(|t| (t.clamp(0.0, 1.0) * 1023.0) as u32);
-        let code = (0..10).fold(0, |code, bit| code | (x >> bit & 1) << (3 * bit) | (y >> bit & 1) << (3 * bit + 1) | (z >> bit & 1) << (3 * bit + 2));
+        let code = (0..10).fold(0, |code, bit| {
+            code | (x >> bit & 1) << (3 * bit) | (y >> bit & 1) << (3 * bit + 1) | (z >> bit & 1) << (3 * bit + 2)
+        });
         (faces, code)
     };
     let mut order: Vec<usize> = (0..lights.len()).collect();
@@ -109,9 +111,8 @@ pub(super) fn build(lights: &[PlacedLight], scene: Bounds, origin: DVec3) -> Lig
     let total: f64 = lights.iter().map(|l| l.share).sum();
     let by_power: Vec<f64> = entries.iter().map(|l| l.share / total).collect();
     // Two places in each cell along each axis, and of the eight points that they make every other: each two of these differ along two axes.
-    let points = [0, 1, 2].map(|axis| {
-        (0..2 * side).map(|i| ramps.inverse(axis, (0.5 * i as f64 + 0.25) / side as f64)).collect::<Vec<_>>()
-    });
+    let points = [0, 1, 2]
+        .map(|axis| (0..2 * side).map(|i| ramps.inverse(axis, (0.5 * i as f64 + 0.25) / side as f64)).collect::<Vec<_>>());
     let mut texels: Vec<UVec4> = (0..side * side * side)
         .into_par_iter()
         .flat_map_iter(|cell| {

@@ -189,17 +189,7 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
     let near_share = 1.0 - records[first_distant..].iter().map(|r| f64::from(r.probability)).sum::<f64>();
     let power = powers.iter().sum();
     let profiles = profiles.texels;
-    Ok(Lights {
-        records,
-        of_primitive,
-        environment,
-        profiles,
-        first_distant,
-        grid,
-        near_share,
-        environment_light,
-        power,
-    })
+    Ok(Lights { records, of_primitive, environment, profiles, first_distant, grid, near_share, environment_light, power })
 }
 
 /// How much of the mean radiance of its picture a triangle shows, at 64 points of it; never 0, as a bright spot may lie between those.

@@ -18,6 +18,8 @@ const ALPHA: f64 = 2.0 / 3.0;
 #[derive(Debug)]
 pub(super) struct Gather {
     pub points: Resource,
+    /// How many points there may be.
+    pub slots: u32,
     pub heads: Resource,
     /// Of `heads`, for each pass.
     pub cells: u32,
@@ -38,7 +40,8 @@ impl Gather {
         let point_bytes = point_bytes(plan);
         let pixels = 64 * u64::from(blocks);
         let passes = (POINT_BYTES.min(gpu.max_binding()) / (pixels * point_bytes)).clamp(1, u64::from(most_passes)) as u32;
-        let points = gpu.empty_storage("visible points", pixels * u64::from(passes) * point_bytes)?;
+        let slots = pixels * u64::from(passes);
+        let points = gpu.empty_table("visible points", slots * point_bytes / 16)?;
         let cells = (2 * pixels).next_power_of_two().clamp(1 << 10, ((1 << 22) / u64::from(passes)).next_power_of_two()) as u32;
         let heads = gpu.empty_storage("cells of visible points", u64::from(cells) * u64::from(passes) * 4)?;
         // A picture of few pixels must not blur what is smaller than they are.
@@ -49,7 +52,7 @@ impl Gather {
             Sensor::Orthographic { height, .. } => (PIXELS * height, 0.0),
             Sensor::IrradiancePlane { .. } | Sensor::IrradianceSphere { .. } => (0.0, 0.0),
         };
-        Ok(Self { points, heads, cells, radius, most: (most, most / f64::from(reach(scene))), passes })
+        Ok(Self { points, slots: slots as u32, heads, cells, radius, most: (most, most / f64::from(reach(scene))), passes })
     }
 
     /// Radius, m, and radius per metre of the camera path, in this pass of all over a picture of so many rows.

@@ -99,8 +99,9 @@ impl GpuIntegrator {
         let blocks = [params, probed(&params)].iter().map(|p| blocks(largest(p))).max().unwrap_or(1);
         let passes = (EVENTS_PER_DISPATCH / scene.max_depth.max(1)).clamp(1, PASSES_PER_DISPATCH);
         let gather = if plan.has("GATHERED") { Some(Gather::new(&gpu, &plan, scene, blocks, passes)?) } else { None };
-        let heads = gather.as_ref().map_or(0, |g| g.cells);
-        let constants = plan.constants() + &gpu_scene.constants + &format!("const HEADS = {heads}u;\n");
+        let (heads, points) = gather.as_ref().map_or((0, 0), |g| (g.cells, g.slots));
+        let constants =
+            plan.constants() + &gpu_scene.constants + &format!("const HEADS = {heads}u;\nconst POINTS = {points}u;\n");
         let limit = gpu.device.limits().max_compute_workgroups_per_dimension;
         let pass = |roots: &[&str], features: &Features, limit: u32, first_time: usize| -> Result<Pass> {
             let kernels = roots.iter().map(|root| Kernel::new(&gpu, root, &constants, features)).collect::<Result<_>>()?;
@@ -109,7 +110,7 @@ impl GpuIntegrator {
         let group_bytes = 64 * u64::from(passes * plan.lanes.div_ceil(4)) * 16;
         let sample_bytes = if gpu.info.is_cpu() { SAMPLE_BYTES } else { SAMPLE_BYTES_GPU };
         let sample_groups = (sample_bytes.min(gpu.max_binding()) / group_bytes) as u32;
-        let samples = gpu.empty_storage("samples", u64::from(sample_groups) * group_bytes)?;
+        let samples = gpu.empty_table("samples", u64::from(sample_groups) * group_bytes / 16)?;
         let values = 64 * u64::from(blocks) * u64::from(plan.bins + 3);
         let film = gpu.empty_storage("film", 4 * values)?;
         let splats = plan.light.as_ref().map(|_| gpu.empty_storage("splats", 8 * values)).transpose()?;
