@@ -168,7 +168,8 @@ fn table(weights: &[f64]) -> Vec<(u32, u32)> {
     let mut probabilities = vec![0.0; weights.len()];
     let mut words = vec![0; weights.len()];
     for (i, (_, threshold, alias)) in alias_table(weights).into_iter().enumerate() {
-        let steps = (threshold * STEPS).round().min(STEPS - 1.0);
+        // Upwards: a light that no path meets by chance must be chosen at times.
+        let steps = (threshold * STEPS).ceil().min(STEPS - 1.0);
         probabilities[i] += steps / STEPS / n;
         probabilities[alias as usize] += (1.0 - steps / STEPS) / n;
         words[i] = (steps as u32) << 16 | alias;

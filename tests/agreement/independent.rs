@@ -89,6 +89,16 @@ fn nephroid_is_as_mitsuba_shows_it() {
 
 #[test]
 fn pool_is_as_mitsuba_shows_it() {
-    let all = |scene: &Scene| (0..(scene.film.width * scene.film.height) as usize).collect();
-    compare("pool", all, 256, 10.0);
+    // Not where the Sun's mirror image glitters, which both find by chance: there the bins of these pixels differ by factors (by a fifth at most elsewhere),
+    // and errors from the scatter of a few bright dots say nothing.
+    let steady = |_: &Scene| {
+        let is_steady = |bins: &[Figure]| {
+            let mut means: Vec<f64> = bins.iter().map(|f| f.mean).collect();
+            means.sort_by(f64::total_cmp);
+            means[means.len() - 1] <= 1.5 * means[means.len() / 2]
+        };
+        let theirs = read("pool");
+        (0..theirs.len()).filter(|&p| is_steady(&theirs[p])).collect()
+    };
+    compare("pool", steady, 256, 10.0);
 }

@@ -5,8 +5,9 @@
 use crate::compare::{BATCHES, Batches, agree, pairs};
 use crate::support::*;
 use abbe::integrator::{GpuIntegrator, Plan, Techniques};
-use abbe::scene::{Light, Scene};
+use abbe::scene::{Geometry, Light, Mesh, Scene};
 use glam::{DVec3, dvec3};
+use std::sync::Arc;
 
 /// A room with glass, under lamps of all kinds that have a place.
 fn many() -> Scene {
@@ -35,17 +36,45 @@ fn many() -> Scene {
     s
 }
 
-#[test]
-fn lights_chosen_by_a_grid_give_what_they_give_when_chosen_by_power() {
-    let scene = many();
-    let plan = Plan::new(&scene, Techniques::default());
+/// A room under a wavy sheet of so many lamps that the grid's entries stand for several.
+fn sheet() -> Scene {
+    const SIDE: u32 = 60;
+    let mut s = room(4, 32);
+    s.shapes.truncate(2);
+    let corner = |i: u32, j: u32| {
+        let (x, z) = (f64::from(i) / f64::from(SIDE) - 0.5, f64::from(j) / f64::from(SIDE) - 0.5);
+        dvec3(1.6 * x, 1.0 + 0.1 * (25.0 * x).sin() * (20.0 * z).cos(), 1.6 * z)
+    };
+    let mut mesh = Mesh::default();
+    for (i, j) in (0..SIDE).flat_map(|i| (0..SIDE).map(move |j| (i, j))) {
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend([corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)]);
+        mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+    lamp(&mut s, Geometry::Mesh(Arc::new(mesh)), ramp(1.0, 3.0));
+    s.lights.push(Light::Constant { radiance: flat(0.02) });
+    s
+}
+
+fn chosen_by_a_grid_or_by_power(name: &str, scene: &Scene) {
+    let plan = Plan::new(scene, Techniques::default());
     assert!(plan.has("LIGHT_GRID"));
     let render = |plan: Plan, seed: u64, spp: u32| {
-        let mut integrator = GpuIntegrator::with_plan(&scene, None, seed, plan).expect("an adapter for the scene");
-        let mut batches = Batches::new(&scene);
-        (0..BATCHES).for_each(|_| batches.add(&mut integrator, &scene, spp));
+        let mut integrator = GpuIntegrator::with_plan(scene, None, seed, plan).expect("an adapter for the scene");
+        let mut batches = Batches::new(scene);
+        (0..BATCHES).for_each(|_| batches.add(&mut integrator, scene, spp));
         batches.figures()
     };
     let (grid, power) = (render(plan.clone(), 1, 8), render(plan.with_lights_by_power(), 2, 16));
-    agree("many lights", &pairs(&grid, &power, 3.0), 0.75);
+    agree(name, &pairs(&grid, &power, 3.0), 0.75);
+}
+
+#[test]
+fn lights_chosen_by_a_grid_give_what_they_give_when_chosen_by_power() {
+    chosen_by_a_grid_or_by_power("many lights", &many());
+}
+
+#[test]
+fn lights_that_share_an_entry_of_a_grid_give_what_they_give_when_chosen_by_power() {
+    chosen_by_a_grid_or_by_power("lights that share an entry", &sheet());
 }

@@ -26,7 +26,7 @@ fn what_is_no_radiance_is_dropped_and_counted_by_its_cause() {
     let counters = gpu.empty_storage("counters", 4 * COUNTERS as u64).unwrap();
     let film = gpu.empty_storage("film", 4 * 64 * 7).unwrap();
     let table = gpu.table("spectra", &vec![Vec4::ONE; 2 * stride as usize]).unwrap();
-    let samples = gpu.storage("samples", &samples).unwrap();
+    let samples = gpu.table("samples", &samples).unwrap();
     let lane_bins = gpu.storage("wavelength bins", &[0u32, 1, 2, 3, 0, 1, 2, 3]).unwrap();
     let resources = [
         ("params", &uniforms),
