@@ -18,13 +18,6 @@ fn light_entry(first: u32, entry: u32) -> vec2u {
     return select(two.xy, two.zw, (entry & 1u) != 0u);
 }
 
-// What an alias table of `count` entries does with a number: the entry at hand, and how much of the number is left.
-fn alias_entry(u: f32, count: u32) -> vec2f {
-    let x = u * f32(count);
-    let entry = min(floor(x), f32(count - 1u));
-    return vec2f(entry, x - entry);
-}
-
 fn is_kept(word: u32, left: f32) -> bool {
     return left * 65536.0 < f32(word >> 16u);
 }

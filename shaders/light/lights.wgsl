@@ -28,11 +28,19 @@ fn no_light() -> LightSample {
     return s;
 }
 
-// Alias method (Walker 1974; Vose 1991): light `i` with probability its probability.
+// Alias method (Walker 1974; Vose 1991) with a table of `count` entries: the entry that a number is at, and how much of the number is left to keep it or take
+// its alias.
+fn alias_entry(u: f32, count: u32) -> vec2f {
+    let x = u * f32(count);
+    let entry = min(floor(x), f32(count - 1u));
+    return vec2f(entry, x - entry);
+}
+
+// Light `i` with probability its probability.
 fn choose_light(u: f32) -> u32 {
-    let x = u * f32(LIGHTS);
-    let i = min(u32(x), LIGHTS - 1u);
-    return select(light_at(i).alias_index, i, x - f32(i) < light_at(i).alias_threshold);
+    let at = alias_entry(u, LIGHTS);
+    let i = u32(at.x);
+    return select(light_at(i).alias_index, i, at.y < light_at(i).alias_threshold);
 }
 
 struct LightChoice {
