@@ -1,6 +1,5 @@
 // The camera pass: paths from the sensor with next-event estimation, combined with chance hits by multiple importance sampling.
-// One invocation owns a pixel of each of `blocks` blocks and traces `samples` paths for each one after the other, so that lanes whose path ends early take up
-// the next.
+// One invocation owns a pixel of each of `blocks` units and traces its paths one after the other, so that lanes whose path ends early take up the next.
 #include "common/math.wgsl"
 #include "common/sampler.wgsl"
 
@@ -8,8 +7,11 @@
 
 @group(0) @binding(14) var samples: WritableTable;
 
+var<private> pass_of_path: u32; // pass within the table of spectra
+
 #include "common/modules.wgsl"
 #include "sensor/sensor.wgsl"
+#include "common/units.wgsl"
 #include "common/store_sample.wgsl"
 #include "common/tile.wgsl"
 #include "integrator/vertex.wgsl"
@@ -38,16 +40,19 @@ fn light_on_sensor(ray: Ray) -> Ray {
 
 var<private> sampled_pixel: u32;
 
-// `place` is the pixel's number in the order of invocations.
-fn begin_path(pixel: vec2u, sample: u32, place: u32) -> Ray {
+// Sample `i` of a unit's in its pixel `local`.
+fn begin_path(pixel: vec2u, unit: Unit, i: u32, local: u32) -> Ray {
     sampled_pixel = pixel.y * params.image_width + pixel.x;
-    start_sampler(sampled_pixel, params.batch, params.seed, sample);
-    pass_base = (sample - params.first_sample) * params.spectra_stride;
+    start_sampler(sampled_pixel, params.batch, params.seed, unit.index + i);
+    pass_of_path = pass_of_sample(unit, i);
+    pass_base = pass_of_path * params.spectra_stride;
 #if GATHERED
-    // Points outlive the dispatch: pass by pass, as light paths look for them.
-    point_slot = (sample - params.first_sample) * 64u * blocks_of_tile() + place;
+    // Points outlive the dispatch.
+    point_slot = (unit.place + i) * 64u + local;
 #endif
     let ray = start_ray(pixel);
+    // The fewer samples, the more does each stand for.
+    scale_beta(unit.step);
     start_path(ray);
 #if INTERIORS
     inside = params.inside;
@@ -66,48 +71,46 @@ fn begin_path(pixel: vec2u, sample: u32, place: u32) -> Ray {
 #endif
 }
 
-// The first block from `first` on, or `end`, in which the invocation's pixel is in the tile.
-fn block_in_tile(first: u32, end: u32, local: u32) -> u32 {
-    var block = first;
-    while (block < end && !is_in_tile(pixel_in_tile(block, local))) {
-        block += 1u;
+// The first unit from `first` on, or `end`, of which the invocation's pixel is in the tile.
+fn next_unit(first: u32, end: u32, local: u32) -> u32 {
+    var i = first;
+    while (i < end && !is_in_tile(pixel_in_tile(block_of(i), local))) {
+        i += 1u;
     }
-    return block;
+    return i;
 }
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
-    let first_block = (params.first_group + group.x) * params.blocks;
-    let end_block = first_block + params.blocks;
-    let end = params.first_sample + params.samples;
-    mark_unfinished(group.x, local);
-    var block = block_in_tile(first_block, end_block, local);
-    if (block >= end_block) {
+    let first = (params.first_group + group.x) * params.blocks;
+    let end = min(first + params.blocks, params.units);
+    mark_unfinished(first, end, local);
+    var at = next_unit(first, end, local);
+    if (at >= end) {
         return;
     }
-    var pixel = vec2u(params.tile_x, params.tile_y) + pixel_in_tile(block, local);
-    var sample = params.first_sample;
-    var slot = first_slot(group.x, block - first_block, local);
-    var ray = begin_path(pixel, sample, block * 64u + local);
+    var unit = unit_at(at);
+    var pixel = vec2u(params.tile_x, params.tile_y) + pixel_in_tile(unit.block, local);
+    var i = 0u;
+    var ray = begin_path(pixel, unit, i, local);
     loop {
         ray = next_event(ray);
         if (path.ended) {
 #if COUNTED
             count_path(path.depth);
 #endif
-            store_sample(slot);
-            sample += 1u;
-            slot += 1u;
-            if (sample >= end) {
-                block = block_in_tile(block + 1u, end_block, local);
-                if (block >= end_block) {
+            store_sample(first_slot(at, local) + i);
+            i += 1u;
+            if (i >= unit.count) {
+                at = next_unit(at + 1u, end, local);
+                if (at >= end) {
                     break;
                 }
-                pixel = vec2u(params.tile_x, params.tile_y) + pixel_in_tile(block, local);
-                sample = params.first_sample;
-                slot = first_slot(group.x, block - first_block, local);
+                unit = unit_at(at);
+                pixel = vec2u(params.tile_x, params.tile_y) + pixel_in_tile(unit.block, local);
+                i = 0u;
             }
-            ray = begin_path(pixel, sample, block * 64u + local);
+            ray = begin_path(pixel, unit, i, local);
         }
     }
     atomicAdd(&counters[COUNTER_RAYS], rays_traced);

@@ -13,14 +13,14 @@
 
 #include "common/spectra.wgsl"
 #include "common/tile.wgsl"
-#include "common/sample_slot.wgsl"
+#include "common/units.wgsl"
 
 fn sample_at(i: u32) -> vec4f {
     return bitcast<vec4f>(fetch(samples, i));
 }
 
-// Adds the samples in the slots from `slots` on to the film's pixel.
-fn update_pixel(in_tile: vec2u, slots: u32) {
+// Adds the samples of a unit in its pixel `local` to the film.
+fn update_pixel(in_tile: vec2u, at: u32, local: u32) {
     let base = (in_tile.y * params.tile_width + in_tile.x) * (BINS + 3u);
     var xyz = vec3f(0.0);
 #if !MANY_BINS
@@ -29,9 +29,11 @@ fn update_pixel(in_tile: vec2u, slots: u32) {
         sums[k] = vec4f(0.0);
     }
 #endif
-    for (var i = 0u; i < params.samples; i++) {
-        let slot = (slots + i) * LANES4;
-        pass_base = i * params.spectra_stride;
+    let unit = unit_at(at);
+    for (var i = 0u; i < unit.count; i++) {
+        let slot = (first_slot(at, local) + i) * LANES4;
+        let pass_index = pass_of_sample(unit, i);
+        pass_base = pass_index * params.spectra_stride;
         // Where the driver has ended the loop over paths.
         if (sample_at(slot).x == UNFINISHED) {
             atomicAdd(&counters[COUNTER_UNFINISHED], 1u);
@@ -65,7 +67,7 @@ fn update_pixel(in_tile: vec2u, slots: u32) {
 #if MANY_BINS
             for (var c = 0u; c < 4u; c++) {
                 if (4u * k + c < LANES) {
-                    film[base + lane_bins[i * LANES + 4u * k + c]] += w[c];
+                    film[base + lane_bins[pass_index * LANES + 4u * k + c]] += w[c];
                 }
             }
 #else
@@ -88,11 +90,23 @@ fn update_pixel(in_tile: vec2u, slots: u32) {
 }
 
 @compute @workgroup_size(64)
-fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
-    for (var i = 0u; i < params.blocks; i++) {
-        let in_tile = pixel_in_tile((params.first_group + group.x) * params.blocks + i, local);
-        if (is_in_tile(in_tile)) {
-            update_pixel(in_tile, first_slot(group.x, i, local));
+fn main(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let first_of_all = params.first_group * params.blocks;
+    let end_of_all = min(first_of_all + groups.x * params.blocks, params.units);
+    let first = first_of_all + group.x * params.blocks;
+    for (var at = first; at < min(first + params.blocks, end_of_all); at++) {
+        let block = block_of(at);
+        let in_tile = pixel_in_tile(block, local);
+        // All units of a block are one invocation's: there is one film.
+        if (!is_in_tile(in_tile) || (at > first_of_all && block_of(at - 1u) == block)) {
+            continue;
+        }
+        for (var unit = at; unit < end_of_all && block_of(unit) == block; unit++) {
+            update_pixel(in_tile, unit, local);
         }
     }
 }

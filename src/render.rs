@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 
 /// Something that fills a film, batch by batch.
 pub trait Integrator {
-    /// Renders batch `index` with `spp` samples per pixel and adds it to `film` as one batch. Batches of different `index` use
-    /// independent random numbers; the same seed, index and `spp` give the same bits.
+    /// Renders batch `index` with `spp` samples per pixel, in the mean over pixels, and adds it to `film` as one batch. Batches of different `index` use
+    /// independent random numbers; the same seed and the same batches since the beginning give the same bits.
     fn render_batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats>;
 }
 

@@ -1,5 +1,4 @@
 // Hands finished samples to update_film.wgsl: slot by slot, one for every sample of the dispatch.
-#include "common/sample_slot.wgsl"
 
 fn store_sample(slot: u32) {
     for (var k = 0u; k < LANES4; k++) {
@@ -8,11 +7,10 @@ fn store_sample(slot: u32) {
 }
 
 // Marks an invocation's slots as those of samples that are not finished, until they are.
-fn mark_unfinished(group: u32, local: u32) {
-    for (var block = 0u; block < params.blocks; block++) {
-        let first = first_slot(group, block, local);
+fn mark_unfinished(first: u32, end: u32, local: u32) {
+    for (var at = first; at < end; at++) {
         for (var i = 0u; i < params.samples; i++) {
-            textureStore(samples, texel((first + i) * LANES4), bitcast<vec4u>(vec4f(UNFINISHED)));
+            textureStore(samples, texel((first_slot(at, local) + i) * LANES4), bitcast<vec4u>(vec4f(UNFINISHED)));
         }
     }
 }

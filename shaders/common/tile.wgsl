@@ -4,10 +4,6 @@ fn pixel_in_tile(block: u32, local: u32) -> vec2u {
     return vec2u(8u * (block % across) + (local & 7u), 8u * (block / across) + (local >> 3u));
 }
 
-fn blocks_of_tile() -> u32 {
-    return ((params.tile_width + 7u) / 8u) * ((params.tile_height + 7u) / 8u);
-}
-
 // Whether there is such a pixel: blocks at the rim are not whole.
 fn is_in_tile(pixel: vec2u) -> bool {
     return pixel.x < params.tile_width && pixel.y < params.tile_height;

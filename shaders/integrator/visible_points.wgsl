@@ -39,11 +39,10 @@ var<private> point_slot: u32; // where this path's point goes
 // Leaves a point with the throughput beta * factor.
 fn leave_point(p: vec3f, n: vec3f, radius: f32, kind: u32, g: f32) {
     let at = rest_of_point(point_slot);
-    let pass_index = sampler_index - params.first_sample;
-    let next = atomicExchange(&heads[cell_head(cell_of(p), pass_index)], point_slot + 1u);
+    let next = atomicExchange(&heads[cell_head(cell_of(p), pass_of_path)], point_slot + 1u);
     textureStore(points, texel(point_slot), vec4u(bitcast<vec3u>(p), next));
     textureStore(points, texel(at), bitcast<vec4u>(vec4f(n, radius)));
-    let about = kind | min(path.depth, 0x7fffu) << 16u | min(path.lane, 255u) << 8u | pass_index;
+    let about = kind | min(path.depth, 0x7fffu) << 16u | min(path.lane, 255u) << 8u | pass_of_path;
     textureStore(points, texel(at + 1u), vec4u(sampled_pixel, about, bitcast<u32>(g), bitcast<u32>(path.joins / f32(params.light_paths))));
 #if SHEEN
     textureStore(points, texel(at + 2u), vec4u(select(sheen, NONE, kind == FOG_POINT), bitcast<u32>(sheen_entered), 0u, 0u));

@@ -62,6 +62,7 @@ pub enum Technique {
     LightPaths,
     Gathering,
     Guiding,
+    AdaptiveSampling,
 }
 
 /// How paths are found; for render, bench and check.
@@ -96,6 +97,7 @@ impl From<&TechniqueArgs> for Techniques {
             light_paths: has(Technique::LightPaths),
             gathering: has(Technique::Gathering),
             guiding: has(Technique::Guiding),
+            adaptive_sampling: has(Technique::AdaptiveSampling),
         }
     }
 }

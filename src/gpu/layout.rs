@@ -169,9 +169,9 @@ shared_records! {
         image_height: u32,
         /// First workgroup of this dispatch.
         first_group: u32,
-        /// First sample (pass) of this dispatch within the batch.
+        /// First pass of this dispatch within the batch.
         first_sample: u32,
-        /// Samples per pixel of this dispatch.
+        /// Passes of this dispatch.
         samples: u32,
         /// Batch number, keys the random numbers.
         batch: u32,
@@ -197,12 +197,12 @@ shared_records! {
         guide_share: f32,
         /// Room for reports.
         guide_room: u32,
-        /// Blocks (of 8 x 8 pixels, or 64 light paths) that a workgroup takes one after the other.
+        /// Units (of up to `samples` camera paths in each of 8 x 8 pixels, of 64 light paths in each pass) that a workgroup takes one after the other.
         blocks: u32,
-        /// Unused.
-        pad_1: u32,
-        /// Unused.
-        pad_2: u32,
+        /// Units of camera paths in these passes.
+        units: u32,
+        /// Passes of the round that these are of.
+        round: u32,
         /// Eye, corner or centre, relative to the scene's origin.
         origin: Vec4,
         /// Right, or edge u.
@@ -281,8 +281,8 @@ shared_records! {
         rank: u32,
         /// Unused.
         pad_0: u32,
-        /// Unused.
-        pad_1: u32,
+        /// Place of the dispatch's first sample among those of its passes (common/samples.wgsl).
+        first_place: u32,
     }
 
     /// A mesh in one of its places.

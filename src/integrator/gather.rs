@@ -40,7 +40,8 @@ impl Gather {
         let point_bytes = point_bytes(plan);
         let pixels = 64 * u64::from(blocks);
         let passes = (POINT_BYTES.min(gpu.max_binding()) / (pixels * point_bytes)).clamp(1, u64::from(most_passes)) as u32;
-        let slots = pixels * u64::from(passes);
+        // Where blocks differ in their samples, some passes have a few more than others.
+        let slots = pixels * u64::from(passes) + (pixels * u64::from(passes) / 8).next_multiple_of(64) + 64 * 64;
         let points = gpu.empty_table("visible points", slots * point_bytes / 16)?;
         let cells = (2 * pixels).next_power_of_two().clamp(1 << 10, ((1 << 22) / u64::from(passes)).next_power_of_two()) as u32;
         let heads = gpu.empty_storage("cells of visible points", u64::from(cells) * u64::from(passes) * 4)?;

@@ -1,11 +1,13 @@
 //! Batches on the GPU, tile by tile: the camera pass, then the light pass where there can be caustics.
 
+use super::adaptive::Adaptive;
 use super::budget::Budget;
 use super::dispatch::{Job, Pass};
 use super::gather::{self, Gather};
 use super::guide::Guide;
 use super::params::params;
 use super::probe::probed;
+use super::sample_counts::{ROUND, SampleCounts, Window, splitmix};
 use super::tile_sums::Parts;
 use super::{Features, Plan, Techniques, Wavelengths, first_hits};
 use crate::color::cie::K_M;
@@ -48,6 +50,7 @@ pub struct GpuIntegrator {
     counters: Resource,
     timer: Option<Timer>,
     samples: Resource,
+    adaptive: Option<Adaptive>,
     /// Sums of the tile at hand, cleared whenever they are read.
     film: Resource,
     splats: Option<Resource>,
@@ -121,6 +124,7 @@ impl GpuIntegrator {
         let guide = plan.guides(gpu_scene.lights).map(|[axes, aims]| Guide::new(&gpu, axes, aims)).transpose()?;
         let seed = (seed ^ (seed >> 32)) as u32;
         let (wavelengths, bins) = (Wavelengths::new(scene), scene.film.bins);
+        let adaptive = plan.techniques.adaptive_sampling.then(|| Adaptive::new(&scene.film));
         Ok(Self {
             gpu,
             plan,
@@ -135,6 +139,7 @@ impl GpuIntegrator {
             counters,
             timer: None,
             samples,
+            adaptive,
             film,
             splats,
             gather,
@@ -152,7 +157,7 @@ impl GpuIntegrator {
         self.timer.is_some()
     }
 
-    /// Splits every pass into dispatches of at most `groups` workgroups (at least one), each of a single block. What is computed does not depend on it.
+    /// Splits every pass into dispatches of at most `groups` workgroups (at least one), each of a single unit. What is computed does not depend on it.
     pub fn limit_dispatches(&mut self, groups: u32) {
         self.most_samples = 1;
         for pass in std::iter::once(&mut self.camera).chain(&mut self.light) {
@@ -181,12 +186,8 @@ impl GpuIntegrator {
     /// tens of passes until every wavelength had its turn; what batches differ by overstates the error for it.
     fn offsets(&self, pass: u64) -> (f64, f64) {
         let shift = |dimension: u64| {
-            // SplitMix64 (Steele et al. 2014).
-            let mut h = u64::from(self.seed).wrapping_add(0x9e37_79b9_7f4a_7c15u64.wrapping_mul(1 + dimension));
-            h = (h ^ (h >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            h = (h ^ (h >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-            h ^= h >> 31;
-            (h >> 11) as f64 * 0.5f64.powi(53)
+            let key = u64::from(self.seed).wrapping_add(0x9e37_79b9_7f4a_7c15u64.wrapping_mul(dimension));
+            (splitmix(key) >> 11) as f64 * 0.5f64.powi(53)
         };
         let inverse = |base: u64, mut rest: u64| {
             let (mut sum, mut digit) = (0.0, 1.0 / base as f64);
@@ -241,8 +242,8 @@ impl GpuIntegrator {
         (table, lane_bins)
     }
 
-    /// Traces passes over one tile.
-    pub(super) fn trace(&mut self, tile: Tile, passes: Passes) -> Result<TileSums> {
+    /// Traces passes over one tile, at these rates of its blocks.
+    pub(super) fn trace(&mut self, tile: Tile, passes: Passes, rates: &[f64]) -> Result<TileSums> {
         let channels = self.plan.bins as usize + 3;
         let values = tile.width as usize * tile.height as usize * channels;
         let bytes = |values: usize| 8 * values as u64;
@@ -252,11 +253,11 @@ impl GpuIntegrator {
         let (guide_share, guide_room) = self.guide.as_mut().map_or((0.0, 0), |g| g.expect(light_paths));
         let mut stats =
             BatchStats { paths: u64::from(tile.width) * u64::from(tile.height) * u64::from(passes.count), ..Default::default() };
-        let most = self.gather.as_ref().map_or(self.passes, |g| g.passes);
         let mut parts = Parts::default();
         let mut summed = 0;
-        for first in (0..passes.count).step_by(most as usize) {
-            let count = most.min(passes.count - first);
+        for (first, window) in self.windows(passes, rates) {
+            let count = window.passes;
+            let units = self.gpu.table("units of camera paths", &window.units)?;
             let (table, lane_bins) = self.spectra(passes.number + u64::from(first), count);
             let spectra = self.gpu.table("spectra", &table)?;
             let lane_bins = self.gpu.storage("wavelength bins", &lane_bins)?;
@@ -266,6 +267,7 @@ impl GpuIntegrator {
                 ("counters", &self.counters),
                 ("film", &self.film),
                 ("samples", &self.samples),
+                ("units", &units),
             ]);
             resources.extend([("spectra", &spectra), ("lane_bins", &lane_bins)]);
             resources.extend(self.splats.iter().map(|s| ("splats", s)));
@@ -282,6 +284,8 @@ impl GpuIntegrator {
                 tile_height: tile.height,
                 first_sample: first,
                 samples: count,
+                units: window.units.len() as u32,
+                round: window.round,
                 batch: passes.batch,
                 seed: self.seed,
                 guide_share,
@@ -298,7 +302,7 @@ impl GpuIntegrator {
                 params,
                 most_samples: self.most_samples,
             };
-            let (camera, camera_counts, camera_time) = job.run(&mut self.camera, blocks(tile))?;
+            let (camera, camera_counts, camera_time) = job.run(&mut self.camera, window.units.len() as u32)?;
             stats += BatchStats { camera_rays: camera.rays, camera_time, camera_counts, ..camera };
             if let Some(light) = &mut self.light {
                 let (light, light_counts, light_time) = job.run(light, self.params.light_paths.div_ceil(64))?;
@@ -312,10 +316,8 @@ impl GpuIntegrator {
             }
         }
         let mut sums = parts.sum();
-        let by_camera = match self.guide {
-            Some(_) => sums.chunks_exact(channels).map(|pixel| pixel[..channels - 3].iter().sum()).collect(),
-            None => Vec::new(),
-        };
+        let by_camera =
+            sums.chunks_exact(channels).map(|pixel| [pixel[..channels - 3].iter().sum(), pixel[channels - 2]]).collect();
         if let Some(splats) = &self.splats {
             // Every pass is an estimate from all its light paths.
             let quantum = 1.0 / (f64::from(self.params.inverse_quantum) * f64::from(self.params.light_paths));
@@ -334,6 +336,33 @@ impl GpuIntegrator {
             guide.see((self.params.image_width, self.params.image_height), tile, &sums, channels, passes.count);
         }
         Ok(TileSums { sums, by_camera, stats })
+    }
+
+    /// The passes in windows whose samples and visible points fit, each with the first of it; how many samples blocks have is a whole number over a
+    /// round of passes, and of every block at least one.
+    fn windows(&self, passes: Passes, rates: &[f64]) -> Vec<(u32, Window)> {
+        let most = self.gather.as_ref().map_or(self.passes, |g| g.passes);
+        let fits = |window: &Window| self.gather.as_ref().is_none_or(|g| 64 * window.samples <= g.slots);
+        let mut windows = Vec::new();
+        let mut counts = SampleCounts::new(rates.len());
+        for first in (0..passes.count).step_by(ROUND as usize) {
+            let round = ROUND.min(passes.count - first);
+            let key = splitmix(splitmix(u64::from(self.seed) << 32 | u64::from(passes.batch)) ^ u64::from(first));
+            let size = round.div_ceil(round.div_ceil(most));
+            let split = |counts: &SampleCounts| -> Vec<(u32, Window)> {
+                (0..round).step_by(size as usize).map(|at| (first + at, counts.window(at, size.min(round - at)))).collect()
+            };
+            counts.begin_round(rates, round, key);
+            let mut of_round = split(&counts);
+            if !of_round.iter().all(|(_, window)| fits(window)) {
+                // By a chance that is next to nothing.
+                counts.begin_evenly(round);
+                of_round = split(&counts);
+            }
+            windows.append(&mut of_round);
+            counts.end_round();
+        }
+        windows
     }
 
     pub(super) fn pixels(&self) -> f64 {
@@ -378,8 +407,8 @@ pub(super) struct Passes {
 /// What passes over a tile came to: `[pixel][bins + 3]` sums over them.
 pub(super) struct TileSums {
     sums: Vec<f32>,
-    /// Radiance of each pixel (sum over the bins) by camera paths alone, `[pixel]` sums over the passes.
-    pub(super) by_camera: Vec<f32>,
+    /// Radiance of each pixel (sum over the bins) and Y by camera paths alone, `[pixel]` sums over the passes.
+    pub(super) by_camera: Vec<[f32; 2]>,
     pub(super) stats: BatchStats,
 }
 
@@ -390,10 +419,14 @@ impl Integrator for GpuIntegrator {
             self.probe()?;
         }
         for tile in self.tiles() {
-            let traced = self.trace(tile, Passes { batch: index, number: u64::from(index) * u64::from(spp), count: spp })?;
+            let rates = self.adaptive.as_ref().map_or_else(|| even_rates(tile), |a| a.rates(tile));
+            let passes = Passes { batch: index, number: u64::from(index) * u64::from(spp), count: spp };
+            let traced = self.trace(tile, passes, &rates)?;
             film.add_batch(tile, &traced.sums, spp);
+            self.adaptive.iter_mut().for_each(|a| a.learn(tile, &traced.by_camera, spp, film));
             stats += traced.stats;
         }
+        self.adaptive.iter_mut().for_each(Adaptive::settle);
         Ok(stats)
     }
 }
@@ -418,6 +451,11 @@ impl Renderer for GpuIntegrator {
         let tiles = tiles(gpu, plan, params.image_width, params.image_height);
         first_hits::run(gpu, pass, &tiles, &resources, (&self.uniforms, &self.counters), params)
     }
+}
+
+/// Every block has one sample in every pass.
+pub(super) fn even_rates(tile: Tile) -> Vec<f64> {
+    vec![1.0; blocks(tile) as usize]
 }
 
 /// Blocks of 8 x 8 pixels that a tile takes.

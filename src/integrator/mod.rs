@@ -1,5 +1,6 @@
 //! From a scene to radiance on the film: the plan, the wavelengths of each pass, and the passes.
 
+mod adaptive;
 mod budget;
 mod dispatch;
 mod first_hits;
@@ -9,6 +10,7 @@ mod guide;
 mod params;
 mod plan;
 mod probe;
+mod sample_counts;
 mod tile_sums;
 mod wavelengths;
 

@@ -24,11 +24,20 @@ pub struct Techniques {
     pub gathering: bool,
     /// Light paths are sent to where they are of use.
     pub guiding: bool,
+    /// Camera paths are sent to where errors are large.
+    pub adaptive_sampling: bool,
 }
 
 impl Default for Techniques {
     fn default() -> Self {
-        Self { chance_hits: true, light_samples: true, light_paths: true, gathering: true, guiding: true }
+        Self {
+            chance_hits: true,
+            light_samples: true,
+            light_paths: true,
+            gathering: true,
+            guiding: true,
+            adaptive_sampling: true,
+        }
     }
 }
 
@@ -260,11 +269,12 @@ impl Plan {
     /// WGSL constants of the plan.
     pub fn constants(&self) -> String {
         use super::guide::{AXES, BLOCKS, ROOT};
+        use super::sample_counts::ROUND;
         use crate::bsdf::energy::{ETA_MAX, ETA_NODES, GRAIN_NODES, MIN_MEAN, MU_NODES};
         use crate::bsdf::sheen::NODES as SHEEN_NODES;
         use crate::scene::roughness::STEPS;
         format!(
-            "const GUIDE_AXES = {AXES}u;\nconst GUIDE_BLOCKS = {BLOCKS}u;\nconst GUIDE_ROOT = {ROOT}u;\nconst LANES = {}u;\nconst LANES4 = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\nconst ENERGY_GRAIN = {GRAIN_NODES}u;\nconst ENERGY_SHEEN = {SHEEN_NODES}u;\n\
+            "const ROUND = {ROUND}u;\nconst GUIDE_AXES = {AXES}u;\nconst GUIDE_BLOCKS = {BLOCKS}u;\nconst GUIDE_ROOT = {ROOT}u;\nconst LANES = {}u;\nconst LANES4 = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\nconst ENERGY_GRAIN = {GRAIN_NODES}u;\nconst ENERGY_SHEEN = {SHEEN_NODES}u;\n\
              const ENERGY_ETA_MAX = {ETA_MAX:?};\nconst ENERGY_MIN_MEAN = {MIN_MEAN:?};\nconst ROUGHNESS_STEPS = {STEPS}u;\n",
             self.lanes,
             self.lanes.div_ceil(4),
@@ -373,6 +383,9 @@ impl fmt::Display for Plan {
             let ways = [("JOINED", "joined to the sensor"), ("GATHERED", "gathered where metal and glass are looked into")];
             let ways: Vec<_> = ways.iter().filter(|(name, _)| self.has(name)).map(|(_, text)| *text).collect();
             writeln!(f, "  caustics: light paths, {}", ways.join(" and "))?;
+        }
+        if self.techniques.adaptive_sampling {
+            writeln!(f, "  samples: more of them where errors are large")?;
         }
         let groups: [(&str, &[(&str, &str)]); 4] = [
             (

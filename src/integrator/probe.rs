@@ -2,7 +2,7 @@
 
 use super::GpuIntegrator;
 use super::budget::{Budget, Probe};
-use super::gpu_integrator::Passes;
+use super::gpu_integrator::{Passes, even_rates};
 use super::params::coarser;
 use crate::error::Result;
 use crate::gpu::layout::Params;
@@ -44,8 +44,9 @@ impl GpuIntegrator {
             let mut picture = vec![0.0; self.pixels() as usize];
             let (mut squares, mut stats) = (0.0, BatchStats::default());
             for tile in self.tiles() {
-                let traced = self.trace(tile, Passes { batch: u32::MAX - round, number: u64::from(round), count: 1 })?;
-                for (i, radiance) in traced.by_camera.iter().enumerate() {
+                let passes = Passes { batch: u32::MAX - round, number: u64::from(round), count: 1 };
+                let traced = self.trace(tile, passes, &even_rates(tile))?;
+                for (i, [radiance, _]) in traced.by_camera.iter().enumerate() {
                     let (x, y) = (tile.x + i as u32 % tile.width, tile.y + i as u32 / tile.width);
                     picture[(y * self.params.image_width + x) as usize] = *radiance;
                 }

@@ -5,7 +5,14 @@ use crate::{features, shipped};
 use abbe::integrator::Techniques;
 use abbe::scene::Scene;
 
-const ALL: Techniques = Techniques { chance_hits: true, light_samples: true, light_paths: true, gathering: true, guiding: true };
+const ALL: Techniques = Techniques {
+    chance_hits: true,
+    light_samples: true,
+    light_paths: true,
+    gathering: true,
+    guiding: true,
+    adaptive_sampling: true,
+};
 
 /// The name of a stored reference, with its scene.
 fn of(name: &str) -> Scene {
@@ -30,6 +37,7 @@ subsets! {
     glass_without_light_paths_of_any_kind, "cornell_spheres", 128, 1.0, light_paths, gathering;
     glass_without_guiding, "cornell_spheres", 128, 1.6, guiding;
     glass_without_light_samples, "cornell_spheres", 128, 1.6, light_samples;
+    glass_without_adaptive_sampling, "cornell_spheres", 128, 1.0, adaptive_sampling;
     brushed_metal_without_light_paths, "brushed_metals", 96, 1.0, light_paths, gathering;
     brushed_metal_without_light_samples, "brushed_metals", 96, 1.6, light_samples;
     sheen_without_light_paths, "sheens_over_all_kinds", 96, 1.0, light_paths, gathering;

@@ -5,7 +5,7 @@ use abbe::gpu::layout::{COUNTER_NEGATIVE, COUNTER_NOT_FINITE, COUNTER_SATURATED,
 use abbe::gpu::{Gpu, GpuScene, Kernel};
 use abbe::integrator::{GpuIntegrator, Plan, Techniques};
 use abbe::render::Integrator;
-use glam::Vec4;
+use glam::{UVec4, Vec4};
 use serde_json::json;
 
 /// The kernel that updates the film, given samples of which some are bad.
@@ -20,7 +20,18 @@ fn what_is_no_radiance_is_dropped_and_counted_by_its_cause() {
     // Two samples of each of 64 pixels: a good one, and one by what the pixel's number says. -3e38 stands for a sample that did not finish.
     let bad = [f32::NAN, 1e30, -1.0, -3.0e38, 2.0];
     let samples: Vec<Vec4> = (0..64).flat_map(|pixel| [Vec4::ONE, Vec4::new(bad[pixel % 5], 1.0, 1.0, 1.0)]).collect();
-    let params = Params { tile_width: 8, tile_height: 8, samples: 2, blocks: 1, spectra_stride: stride, ..Params::default() };
+    let params = Params {
+        tile_width: 8,
+        tile_height: 8,
+        samples: 2,
+        round: 2,
+        units: 1,
+        blocks: 1,
+        spectra_stride: stride,
+        ..Params::default()
+    };
+    // One unit: both samples of the one block.
+    let units = gpu.table("units", &[UVec4::new(0, 0, 2 | 1 << 24, 0)]).unwrap();
     let uniforms = gpu.uniform("params", std::mem::size_of::<Params>() as u64);
     gpu.write(&uniforms, &[params]);
     let counters = gpu.empty_storage("counters", 4 * COUNTERS as u64).unwrap();
@@ -34,6 +45,7 @@ fn what_is_no_radiance_is_dropped_and_counted_by_its_cause() {
         ("film", &film),
         ("spectra", &table),
         ("samples", &samples),
+        ("units", &units),
         ("lane_bins", &lane_bins),
     ];
     let bindings = kernel.bind(&gpu, &resources).unwrap();

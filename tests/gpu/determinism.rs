@@ -26,12 +26,17 @@ fn rich_scene() -> Scene {
 
 /// Two batches; the film's values as bits, and the counts without the clock.
 fn render(scene: &Scene, seed: u64, spp: u32, most_groups: Option<u32>) -> (Vec<u64>, BatchStats) {
+    render_batches(scene, seed, 2, spp, most_groups)
+}
+
+/// Some batches, those from the fifth on with sample counts that the ones before led to.
+fn render_batches(scene: &Scene, seed: u64, batches: u32, spp: u32, most_groups: Option<u32>) -> (Vec<u64>, BatchStats) {
     let mut integrator = GpuIntegrator::new(scene, None, seed).unwrap();
     assert!(integrator.plan().light.is_some());
     most_groups.iter().for_each(|&groups| integrator.limit_dispatches(groups));
     let mut film = Film::new(&scene.film);
     let mut stats = BatchStats::default();
-    for batch in 0..2 {
+    for batch in 0..batches {
         stats += integrator.render_batch(batch, spp, &mut film).unwrap();
     }
     (stats.camera_time, stats.light_time, stats.longest_dispatch) = Default::default();
@@ -59,6 +64,7 @@ fn the_same_seed_gives_the_same_bits_however_the_work_is_split() {
     let mut wide = scene.clone();
     (wide.film.width, wide.film.height) = (100, 83);
     assert!(render(&wide, 1, 1, None) == render(&wide, 1, 1, Some(7)), "several blocks for an invocation differ");
+    assert!(render_batches(&wide, 1, 5, 2, None) == render_batches(&wide, 1, 5, 2, Some(7)), "adaptive samples differ");
     let other = render(&scene, 2, 17, None);
     let same = first.0.iter().zip(&other.0).filter(|(a, b)| a == b).count();
     assert!(same * 100 < first.0.len(), "{same} values of another seed are the same");

@@ -1,6 +1,7 @@
 //! The GPU's side: what host and shaders share, what is compiled, the sampler and the intersectors on the adapter, and that the same
 //! request gives the same bits.
 
+mod adaptive;
 mod boundary;
 mod counters;
 mod counts;

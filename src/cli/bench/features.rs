@@ -10,8 +10,14 @@ use crate::scene::LoadOptions;
 use serde_json::{Value, json};
 
 /// The camera pass alone: what light paths cost is a question of methods.
-const CAMERA: Techniques =
-    Techniques { chance_hits: true, light_samples: true, light_paths: false, gathering: false, guiding: false };
+const CAMERA: Techniques = Techniques {
+    chance_hits: true,
+    light_samples: true,
+    light_paths: false,
+    gathering: false,
+    guiding: false,
+    adaptive_sampling: false,
+};
 
 /// Measures all features.
 pub fn run(args: &Args, report: &mut Report) -> Result<()> {

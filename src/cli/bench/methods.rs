@@ -8,8 +8,12 @@ use std::fmt;
 pub enum Method {
     /// All techniques
     All,
-    /// Plain backward path tracing: chance hits and light samples
+    /// As many camera paths in every pixel
+    Even,
+    /// Backward path tracing with light samples, weighted with chance hits
     Backward,
+    /// Plain backward path tracing: chance hits alone
+    Plain,
     /// Light paths unguided
     Unguided,
     /// Light paths not gathered
@@ -23,7 +27,15 @@ impl Method {
     pub fn leaves_out(self) -> &'static [Technique] {
         match self {
             Method::All => &[],
-            Method::Backward => &[Technique::LightPaths, Technique::Gathering, Technique::Guiding],
+            Method::Even => &[Technique::AdaptiveSampling],
+            Method::Backward => &[Technique::LightPaths, Technique::Gathering, Technique::Guiding, Technique::AdaptiveSampling],
+            Method::Plain => &[
+                Technique::LightSamples,
+                Technique::LightPaths,
+                Technique::Gathering,
+                Technique::Guiding,
+                Technique::AdaptiveSampling,
+            ],
             Method::Unguided => &[Technique::Guiding],
             Method::Ungathered => &[Technique::Gathering],
             Method::Unjoined => &[Technique::LightPaths],
@@ -35,7 +47,9 @@ impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Method::All => "all",
+            Method::Even => "even",
             Method::Backward => "backward",
+            Method::Plain => "plain",
             Method::Unguided => "unguided",
             Method::Ungathered => "ungathered",
             Method::Unjoined => "unjoined",

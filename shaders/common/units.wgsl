@@ -1,0 +1,33 @@
+// Units of camera paths: some samples of a block of 8 x 8 pixels in the passes of a dispatch (integrator/sample_counts.rs), and where they wait for
+// update_film.wgsl.
+@group(0) @binding(24) var units: Table;
+
+struct Unit {
+    place: u32, // samples of a pixel in all units before
+    index: u32, // of the first one within the batch
+    count: u32,
+    in_round: u32, // number of the first one within the round
+    start: f32,
+    step: f32, // passes per sample
+    block: u32,
+}
+
+fn block_of(i: u32) -> u32 {
+    return fetch(units, i).w;
+}
+
+fn unit_at(i: u32) -> Unit {
+    let t = fetch(units, i);
+    let start = (f32(t.z >> 16u & 0xffu) + 0.5) / 256.0;
+    return Unit(t.x, t.y, t.z & 0xffu, t.z >> 8u & 0xffu, start, f32(params.round) / f32((t.z >> 24u) + 1u), t.w);
+}
+
+// The pass of sample `i` of a unit, within the table of spectra.
+fn pass_of_sample(unit: Unit, i: u32) -> u32 {
+    return u32((f32(unit.in_round + i) + unit.start) * unit.step) - params.first_sample % ROUND;
+}
+
+// Where the first sample of an invocation's pixel is kept; the others of the pixel follow.
+fn first_slot(i: u32, local: u32) -> u32 {
+    return ((i - params.first_group * params.blocks) * 64u + local) * params.samples;
+}

@@ -1,0 +1,188 @@
+//! Where the samples of camera paths go: more to blocks of pixels whose errors are large, less to the others (Kajiya 1986, section 5; Zwicker et al. 2015).
+//!
+//! Every batch has the same weight in a pixel's mean, however many samples it had there, and how many is settled by the batches before it. So
+//! no batch has a say in its own sample counts, all of them have the same expected value, and their mean is unbiased.
+
+use super::sample_counts::MOST;
+use crate::color::cie::is_visible;
+use crate::film::{Film, Tile};
+use crate::scene::{Bins, FilmSettings};
+
+/// Batches after which rates are settled anew: two differences of two.
+const BATCHES: u32 = 4;
+/// Fewest samples of a block, over the mean of all.
+const LEAST: f64 = 0.25;
+
+/// Rates of sampling over a picture, and what they are learned from.
+#[derive(Debug)]
+pub(super) struct Adaptive {
+    /// Blocks of 8 x 8 pixels in a row of the picture.
+    across: usize,
+    width: usize,
+    /// Pixels count by luminance; where the bins are not visible, by the sum over them.
+    by_luminance: bool,
+    /// Samples of each block over the mean of all.
+    rates: Vec<f64>,
+    /// What camera paths brought to each pixel in the batch before, `[pixel]`, per sample.
+    before: Vec<f32>,
+    /// Sum over pixels of what they were in the film, and its mean over the film in the last batch.
+    total: f64,
+    mean: f64,
+    /// Sums over pixels of each block and pairs of batches: squared relative deviation of a sample, from every other pair.
+    squares: [Vec<f64>; 2],
+    batches: u32,
+}
+
+impl Adaptive {
+    /// Even rates.
+    pub(super) fn new(settings: &FilmSettings) -> Self {
+        let (width, height) = (settings.width as usize, settings.height as usize);
+        let blocks = width.div_ceil(8) * height.div_ceil(8);
+        let Bins { min_nm, max_nm, .. } = settings.bins;
+        Self {
+            across: width.div_ceil(8),
+            width,
+            by_luminance: is_visible(min_nm, max_nm),
+            rates: vec![1.0; blocks],
+            before: vec![0.0; width * height],
+            total: 0.0,
+            mean: 0.0,
+            squares: [vec![0.0; blocks], vec![0.0; blocks]],
+            batches: 0,
+        }
+    }
+
+    /// Numbers of the blocks of `tile`, row by row.
+    fn blocks(&self, tile: Tile) -> impl Iterator<Item = usize> + use<> {
+        let (x, y, across) = (tile.x as usize / 8, tile.y as usize / 8, self.across);
+        let columns = tile.width.div_ceil(8) as usize;
+        (0..columns * tile.height.div_ceil(8) as usize).map(move |i| (y + i / columns) * across + x + i % columns)
+    }
+
+    /// Rates of the blocks of `tile`, row by row.
+    pub(super) fn rates(&self, tile: Tile) -> Vec<f64> {
+        self.blocks(tile).map(|block| self.rates[block]).collect()
+    }
+
+    /// Takes note of what camera paths alone brought to the pixels of `tile` in this batch, radiance and Y, as sums that stand for `spp` samples each;
+    /// `film` has had the batch. To be called for every tile, and then [`Adaptive::settle`].
+    pub(super) fn learn(&mut self, tile: Tile, by_camera: &[[f32; 2]], spp: u32, film: &Film) {
+        let is_pair = self.batches % 2 == 1 && self.mean > 0.0;
+        let floor = 0.01 * self.mean * self.mean;
+        for (i, [radiance, luminance]) in by_camera.iter().enumerate() {
+            let (x, y) = (tile.x as usize + i % tile.width as usize, tile.y as usize + i / tile.width as usize);
+            let (pixel, block) = (y * self.width + x, y / 8 * self.across + x / 8);
+            let (value, known) = if self.by_luminance {
+                (luminance, film.xyz(pixel)[1])
+            } else {
+                (radiance, film.pixel(pixel)[..film.bins()].iter().sum())
+            };
+            let value = value / spp as f32;
+            self.total += known;
+            if is_pair {
+                let deviation = f64::from(value) - f64::from(self.before[pixel]);
+                // A batch had so many samples, but for a factor.
+                let squares = self.rates[block] * deviation * deviation / (known * known + floor);
+                self.squares[self.batches as usize / 2 % 2][block] += squares;
+            }
+            self.before[pixel] = value;
+        }
+    }
+
+    /// After every batch: settles rates for the next ones, where there are new pairs of batches.
+    pub(super) fn settle(&mut self) {
+        self.mean = std::mem::take(&mut self.total) / self.before.len() as f64;
+        self.batches += 1;
+        if self.batches.is_multiple_of(BATCHES) {
+            self.rates = rates(&self.squares);
+        }
+    }
+}
+
+/// Samples are best spent in proportion to the deviation of one (Neyman 1934), as far as deviations are known: of what sets blocks apart, as much is
+/// believed as two independent halves of the data have in common (Spearman-Brown). That some samples take longer was tried, and gained nothing.
+fn rates([a, b]: &[Vec<f64>; 2]) -> Vec<f64> {
+    let n = a.len() as f64;
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / n;
+    let covariance = |a: &[f64], b: &[f64]| {
+        let (mean_a, mean_b) = (mean(a), mean(b));
+        a.iter().zip(b).map(|(a, b)| (a - mean_a) * (b - mean_b)).sum::<f64>() / n
+    };
+    let deviations = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| (0.5 * (a + b)).sqrt()).collect() };
+    let (halves, both) = ([deviations(a, a), deviations(b, b)], deviations(a, b));
+    let variance = 0.5 * (covariance(&halves[0], &halves[0]) + covariance(&halves[1], &halves[1]));
+    let usual = mean(&both);
+    if !(variance > 0.0 && variance.is_finite()) {
+        return vec![1.0; a.len()];
+    }
+    let in_common = (covariance(&halves[0], &halves[1]) / variance).clamp(0.0, 1.0);
+    let believed = 2.0 * in_common / (1.0 + in_common);
+    let mut rates: Vec<f64> = both.iter().map(|d| usual + believed * (d - usual)).collect();
+    // Bounded, and one in the mean.
+    for _ in 0..8 {
+        let mean = mean(&rates);
+        rates.iter_mut().for_each(|rate| *rate = (*rate / mean).clamp(LEAST, MOST));
+    }
+    rates
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Filter, WavelengthSampling};
+
+    #[test]
+    fn rates_go_with_deviations_as_far_as_both_halves_agree_on_them() {
+        let known = [vec![1.0, 4.0, 9.0, 16.0], vec![1.0, 4.0, 9.0, 16.0]];
+        rates(&known)
+            .iter()
+            .zip([0.4, 0.8, 1.2, 1.6])
+            .for_each(|(rate, best)| assert!((rate - best).abs() < 1e-12, "{rate} for {best}"));
+        // One bright path in one half says nothing.
+        assert_eq!(rates(&[vec![1.0, 1.0, 1.0, 1.0], vec![1.0, 1.0, 100.0, 1.0]]), [1.0; 4]);
+        // Nor does a black film, nor one without noise.
+        assert_eq!(rates(&[vec![0.0; 4], vec![0.0; 4]]), [1.0; 4]);
+        let few = [vec![1.0; 1], vec![1e6; 1]];
+        assert_eq!(rates(&few), [1.0]);
+        // Within bounds, and one in the mean.
+        let mut lone = vec![0.0; 100];
+        lone[3] = 1.0;
+        let rates = rates(&[lone.clone(), lone]);
+        assert_eq!((rates[3], rates[4] < 1.0, rates[4] >= LEAST), (MOST, true, true));
+        assert!((rates.iter().sum::<f64>() / 100.0 - 1.0).abs() < 1e-2, "{rates:?}");
+    }
+
+    #[test]
+    fn a_block_of_noise_has_more_samples_from_the_fifth_batch_on() {
+        let settings = FilmSettings {
+            width: 16,
+            height: 20,
+            bins: Bins { count: 2, min_nm: 400.0, max_nm: 700.0 },
+            filter: Filter::Box,
+            sampling: WavelengthSampling::Continuous,
+            exposure: None,
+        };
+        let (mut adaptive, mut film) = (Adaptive::new(&settings), Film::new(&settings));
+        let tiles = [Tile { x: 0, y: 0, width: 16, height: 8 }, Tile { x: 0, y: 8, width: 16, height: 12 }];
+        for batch in 0..4 {
+            assert!(tiles.iter().all(|&tile| adaptive.rates(tile).iter().all(|&rate| rate == 1.0)));
+            for tile in tiles {
+                // Pixels at (8, 8) and beyond, but not those of the last rows, are 1 and 3 in turns, the others always 2.
+                let value = |i: u32| {
+                    let (x, y) = (i % 16, tile.y + i / 16);
+                    if x >= 8 && (8..16).contains(&y) { 1.0 + 2.0 * (batch % 2) as f32 } else { 2.0 }
+                };
+                let values: Vec<f32> = (0..tile.width * tile.height).map(value).collect();
+                let sums: Vec<f32> = values.iter().flat_map(|v| [*v, *v, 0.0, 4.0 * v, 0.0]).collect();
+                film.add_batch(tile, &sums, 4);
+                let by_camera: Vec<[f32; 2]> = values.iter().map(|v| [2.0 * v, 4.0 * v]).collect();
+                adaptive.learn(tile, &by_camera, 4, &film);
+            }
+            adaptive.settle();
+        }
+        let rates: Vec<f64> = tiles.iter().flat_map(|&tile| adaptive.rates(tile)).collect();
+        assert_eq!(rates.len(), 6);
+        assert!(rates[3] > 3.0, "{rates:?}");
+        assert!(rates.iter().enumerate().all(|(block, &rate)| block == 3 || rate < 0.6), "{rates:?}");
+    }
+}

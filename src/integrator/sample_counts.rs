@@ -1,0 +1,171 @@
+//! How many samples the blocks of a tile have, pass by pass, and in which units they are taken (common/units.wgsl).
+
+use glam::UVec4;
+
+/// Most samples of a block, over the mean of all.
+pub(super) const MOST: f64 = 4.0;
+/// Passes of a round: sample counts are whole numbers in each.
+pub(super) const ROUND: u32 = 16;
+
+/// Samples of the blocks of a tile in a round of passes: of each so many, at even steps from a random start on, so that any pass has them as likely.
+pub(super) struct SampleCounts {
+    passes: u32,
+    counts: Vec<u32>,
+    /// In 256ths of a step.
+    starts: Vec<u32>,
+    /// Samples that each block had before in this batch.
+    had: Vec<u32>,
+}
+
+/// A window of passes as the shaders read it.
+pub(super) struct Window {
+    /// How many there are, and in its round.
+    pub(super) passes: u32,
+    pub(super) round: u32,
+    /// Up to so many samples of a block as there are passes, each: samples of all units before; number of the first one within the batch; how many there
+    /// are (8 bits), number of the first one within the round (8), start (8), samples of the block in the round less one (8); block.
+    pub(super) units: Vec<UVec4>,
+    /// Samples of a pixel in all units together.
+    pub(super) samples: u32,
+}
+
+impl SampleCounts {
+    /// For a batch of so many blocks.
+    pub(super) fn new(blocks: usize) -> Self {
+        Self { passes: 0, counts: vec![0; blocks], starts: vec![0; blocks], had: vec![0; blocks] }
+    }
+
+    /// Chooses counts of a round of up to [`ROUND`] passes, whose means over rounds are `rates` of the passes; `key` is that of the random numbers.
+    pub(super) fn begin_round(&mut self, rates: &[f64], passes: u32, key: u64) {
+        self.passes = passes;
+        // What is rounded off, or is more than it should be, goes to the next block, so that the sum over blocks is right.
+        let mut left = (splitmix(key) >> 40) as f64 * 0.5f64.powi(24);
+        for (block, rate) in rates.iter().enumerate() {
+            left += rate * f64::from(passes);
+            let count = left.floor().clamp(1.0, MOST * f64::from(passes));
+            left -= count;
+            self.counts[block] = count as u32;
+            self.starts[block] = (splitmix(key ^ (block as u64 + 1) << 32) >> 56) as u32;
+        }
+    }
+
+    /// Likewise, one in every pass.
+    pub(super) fn begin_evenly(&mut self, passes: u32) {
+        self.passes = passes;
+        self.counts.fill(passes);
+    }
+
+    /// Goes on to the next round of the batch.
+    pub(super) fn end_round(&mut self) {
+        self.had.iter_mut().zip(&self.counts).for_each(|(had, count)| *had += count);
+    }
+
+    /// The pass of sample `i` of a block, within the round.
+    fn pass(&self, block: usize, i: u32) -> u32 {
+        // Starts are odd numbers of 512ths, so that this is no whole number and rounding does not matter.
+        let place = i as f32 + (self.starts[block] as f32 + 0.5) / 256.0;
+        (place * (self.passes as f32 / self.counts[block] as f32)) as u32
+    }
+
+    /// Passes `first` to `first + passes` of the round.
+    pub(super) fn window(&self, first: u32, passes: u32) -> Window {
+        let mut window = Window { passes, round: self.passes, units: Vec::with_capacity(self.counts.len()), samples: 0 };
+        for (block, &count) in self.counts.iter().enumerate() {
+            let before = |end: u32| (0..count).take_while(|&i| self.pass(block, i) < end).count() as u32;
+            let (mut begin, end) = (before(first), before(first + passes));
+            while begin < end {
+                let now = passes.min(end - begin);
+                let packed = now | begin << 8 | self.starts[block] << 16 | (count - 1) << 24;
+                window.units.push(UVec4::new(window.samples, self.had[block] + begin, packed, block as u32));
+                window.samples += now;
+                begin += now;
+            }
+        }
+        window
+    }
+}
+
+/// SplitMix64 (Steele et al. 2014).
+pub(super) fn splitmix(key: u64) -> u64 {
+    let mut h = key.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    h = (h ^ (h >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    h = (h ^ (h >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    h ^ (h >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// (block, number within the batch, pass) of all samples, as the shader unpacks them.
+    fn samples(window: &Window, first: u32) -> Vec<(u32, u32, u32)> {
+        let of_unit = |u: &UVec4| {
+            let (count, begin, start, all) = (u.z & 0xff, u.z >> 8 & 0xff, u.z >> 16 & 0xff, (u.z >> 24) + 1);
+            let step = window.round as f32 / all as f32;
+            let (index, block) = (u.y, u.w);
+            (0..count).map(move |i| {
+                let pass = (((begin + i) as f32 + (start as f32 + 0.5) / 256.0) * step) as u32 - first % ROUND;
+                (block, index + i, pass)
+            })
+        };
+        window.units.iter().flat_map(of_unit).collect()
+    }
+
+    #[test]
+    fn every_sample_is_in_one_unit_of_its_window() {
+        let rates = [0.25, 4.0, 1.0, 0.9, 2.3, 0.3, 1.7, 0.25];
+        let mut counts = SampleCounts::new(rates.len());
+        let mut had = [0; 8];
+        for (round, passes) in [16, 16, 5, 1].into_iter().enumerate() {
+            counts.begin_round(&rates, passes, round as u64);
+            for size in [1, 3, 8, 16] {
+                let mut all = Vec::new();
+                for first in (0..passes).step_by(size as usize) {
+                    let window = counts.window(first, size.min(passes - first));
+                    assert!(window.units.iter().all(|u| (1..=window.passes).contains(&(u.z & 0xff))));
+                    let places: Vec<u32> =
+                        window.units.iter().scan(0, |sum, u| Some(std::mem::replace(sum, *sum + (u.z & 0xff)))).collect();
+                    assert!(window.units.iter().zip(&places).all(|(u, place)| u.x == *place));
+                    let found = samples(&window, 16 * round as u32 + first);
+                    assert!(found.iter().all(|(_, _, pass)| *pass < window.passes), "{found:?}");
+                    assert_eq!(found.len() as u32, window.samples);
+                    all.extend(found.into_iter().map(|(block, index, _)| (block, index)));
+                }
+                all.sort_unstable();
+                let expected: Vec<_> = (0..8).flat_map(|b| (0..counts.counts[b]).map(move |i| (b as u32, i))).collect();
+                assert_eq!(all, expected.iter().map(|&(b, i)| (b, had[b as usize] + i)).collect::<Vec<_>>());
+            }
+            counts.end_round();
+            had.iter_mut().zip(&counts.counts).for_each(|(had, count)| *had += count);
+        }
+    }
+
+    #[test]
+    fn blocks_have_their_rates_and_any_pass_is_as_likely() {
+        // As many as a whole number of samples comes to, the sum being what it should be.
+        let rates: Vec<f64> = (0..64).map(|i| 0.25 + 1.5 * f64::from(i) / 63.0).collect();
+        let (mut counts, mut sums, mut of_pass) = (SampleCounts::new(64), vec![0.0; 64], vec![[0.0; 16]; 64]);
+        const ROUNDS: u64 = 4000;
+        for round in 0..ROUNDS {
+            counts.begin_round(&rates, 16, splitmix(round));
+            assert_eq!(counts.counts.iter().sum::<u32>().abs_diff(1024), u32::from(counts.counts.iter().sum::<u32>() != 1024));
+            for (block, count) in counts.counts.iter().enumerate() {
+                sums[block] += f64::from(*count);
+            }
+            for (block, _, pass) in samples(&counts.window(0, 16), 0) {
+                of_pass[block as usize][pass as usize] += 1.0 / f64::from(counts.counts[block as usize]);
+            }
+        }
+        for (block, rate) in rates.iter().enumerate() {
+            assert!((sums[block] / ROUNDS as f64 - 16.0 * rate).abs() < 0.05, "{block}: {} of {}", sums[block], 16.0 * rate);
+            // A pass has at most one sample of 4 in a round: a sixteenth of the weight, give or take 4 standard deviations.
+            let least_sure = 4.0 * (0.25f64 * 0.0625 * 1.0 / ROUNDS as f64).sqrt();
+            for (pass, weight) in of_pass[block].iter().enumerate() {
+                assert!((weight / ROUNDS as f64 - 1.0 / 16.0).abs() < least_sure, "block {block}, pass {pass}: {weight}");
+            }
+        }
+        // One sample each is the least, and then there is none left for others.
+        counts.begin_round(&rates, 1, 7);
+        assert_eq!(counts.counts, [1; 64]);
+    }
+}
