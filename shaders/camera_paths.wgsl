@@ -44,7 +44,7 @@ var<private> sampled_pixel: u32;
 fn begin_path(pixel: vec2u, unit: Unit, i: u32, local: u32) -> Ray {
     sampled_pixel = pixel.y * params.image_width + pixel.x;
     start_sampler(sampled_pixel, params.batch, params.seed, unit.index + i);
-    pass_of_path = pass_of_sample(unit, i);
+    pass_of_path = unit.pass_index + i;
     pass_base = pass_of_path * params.spectra_stride;
 #if GATHERED
     // Points outlive the dispatch.
@@ -52,7 +52,7 @@ fn begin_path(pixel: vec2u, unit: Unit, i: u32, local: u32) -> Ray {
 #endif
     let ray = start_ray(pixel);
     // The fewer samples, the more does each stand for.
-    scale_beta(unit.step);
+    scale_beta(unit.weight);
     start_path(ray);
 #if INTERIORS
     inside = params.inside;

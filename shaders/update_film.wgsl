@@ -32,7 +32,7 @@ fn update_pixel(in_tile: vec2u, at: u32, local: u32) {
     let unit = unit_at(at);
     for (var i = 0u; i < unit.count; i++) {
         let slot = (first_slot(at, local) + i) * LANES4;
-        let pass_index = pass_of_sample(unit, i);
+        let pass_index = unit.pass_index + i;
         pass_base = pass_index * params.spectra_stride;
         // Where the driver has ended the loop over paths.
         if (sample_at(slot).x == UNFINISHED) {

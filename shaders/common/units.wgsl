@@ -1,4 +1,4 @@
-// Units of camera paths: some samples of a block of 8 x 8 pixels in the passes of a dispatch (integrator/sample_counts.rs), and where they wait for
+// Units of camera paths: some samples of a block of 8 x 8 pixels in passes in a row (integrator/sample_counts.rs), and where they wait for
 // update_film.wgsl.
 @group(0) @binding(24) var units: Table;
 
@@ -6,9 +6,8 @@ struct Unit {
     place: u32, // samples of a pixel in all units before
     index: u32, // of the first one within the batch
     count: u32,
-    in_round: u32, // number of the first one within the round
-    start: f32,
-    step: f32, // passes per sample
+    pass_index: u32, // of the first one, within the table of spectra
+    weight: f32, // passes per sample of the block
     block: u32,
 }
 
@@ -18,13 +17,7 @@ fn block_of(i: u32) -> u32 {
 
 fn unit_at(i: u32) -> Unit {
     let t = fetch(units, i);
-    let start = (f32(t.z >> 16u & 0xffu) + 0.5) / 256.0;
-    return Unit(t.x, t.y, t.z & 0xffu, t.z >> 8u & 0xffu, start, f32(params.round) / f32((t.z >> 24u) + 1u), t.w);
-}
-
-// The pass of sample `i` of a unit, within the table of spectra.
-fn pass_of_sample(unit: Unit, i: u32) -> u32 {
-    return u32((f32(unit.in_round + i) + unit.start) * unit.step) - params.first_sample % ROUND;
+    return Unit(t.x, t.y, t.z & 0xffu, t.z >> 8u & 0xffu, f32(params.round) / f32(t.z >> 16u), t.w);
 }
 
 // Where the first sample of an invocation's pixel is kept; the others of the pixel follow.

@@ -124,7 +124,7 @@ impl GpuIntegrator {
         let guide = plan.guides(gpu_scene.lights).map(|[axes, aims]| Guide::new(&gpu, axes, aims)).transpose()?;
         let seed = (seed ^ (seed >> 32)) as u32;
         let (wavelengths, bins) = (Wavelengths::new(scene), scene.film.bins);
-        let adaptive = plan.techniques.adaptive_sampling.then(|| Adaptive::new(&scene.film));
+        let adaptive = plan.is_adaptive().then(|| Adaptive::new(&scene.film));
         Ok(Self {
             gpu,
             plan,

@@ -259,6 +259,11 @@ impl Plan {
         self.camera[feature]
     }
 
+    /// Whether blocks of pixels have samples by their errors. Where a pass has no wavelength in many bins, all of its passes are needed everywhere.
+    pub fn is_adaptive(&self) -> bool {
+        self.techniques.adaptive_sampling && !self.has("MANY_BINS")
+    }
+
     /// The features of the pass of first hits, which follows no paths.
     pub fn first_hits(&self) -> Features {
         let mut features = self.camera.clone();
@@ -269,12 +274,11 @@ impl Plan {
     /// WGSL constants of the plan.
     pub fn constants(&self) -> String {
         use super::guide::{AXES, BLOCKS, ROOT};
-        use super::sample_counts::ROUND;
         use crate::bsdf::energy::{ETA_MAX, ETA_NODES, GRAIN_NODES, MIN_MEAN, MU_NODES};
         use crate::bsdf::sheen::NODES as SHEEN_NODES;
         use crate::scene::roughness::STEPS;
         format!(
-            "const ROUND = {ROUND}u;\nconst GUIDE_AXES = {AXES}u;\nconst GUIDE_BLOCKS = {BLOCKS}u;\nconst GUIDE_ROOT = {ROOT}u;\nconst LANES = {}u;\nconst LANES4 = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\nconst ENERGY_GRAIN = {GRAIN_NODES}u;\nconst ENERGY_SHEEN = {SHEEN_NODES}u;\n\
+            "const GUIDE_AXES = {AXES}u;\nconst GUIDE_BLOCKS = {BLOCKS}u;\nconst GUIDE_ROOT = {ROOT}u;\nconst LANES = {}u;\nconst LANES4 = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\nconst ENERGY_GRAIN = {GRAIN_NODES}u;\nconst ENERGY_SHEEN = {SHEEN_NODES}u;\n\
              const ENERGY_ETA_MAX = {ETA_MAX:?};\nconst ENERGY_MIN_MEAN = {MIN_MEAN:?};\nconst ROUGHNESS_STEPS = {STEPS}u;\n",
             self.lanes,
             self.lanes.div_ceil(4),
@@ -384,7 +388,7 @@ impl fmt::Display for Plan {
             let ways: Vec<_> = ways.iter().filter(|(name, _)| self.has(name)).map(|(_, text)| *text).collect();
             writeln!(f, "  caustics: light paths, {}", ways.join(" and "))?;
         }
-        if self.techniques.adaptive_sampling {
+        if self.is_adaptive() {
             writeln!(f, "  samples: more of them where errors are large")?;
         }
         let groups: [(&str, &[(&str, &str)]); 4] = [

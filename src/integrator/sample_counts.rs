@@ -7,11 +7,12 @@ pub(super) const MOST: f64 = 4.0;
 /// Passes of a round: sample counts are whole numbers in each.
 pub(super) const ROUND: u32 = 16;
 
-/// Samples of the blocks of a tile in a round of passes: of each so many, at even steps from a random start on, so that any pass has them as likely.
+/// Samples of the blocks of a tile in a round of passes: of each so many, in passes in a row, which go on from the last to the first, from a random one on.
+/// Wavelengths of passes in a row are well spread, and a block has a sample of any pass as likely.
 pub(super) struct SampleCounts {
     passes: u32,
     counts: Vec<u32>,
-    /// In 256ths of a step.
+    /// The pass of the first sample.
     starts: Vec<u32>,
     /// Samples that each block had before in this batch.
     had: Vec<u32>,
@@ -22,8 +23,8 @@ pub(super) struct Window {
     /// How many there are, and in its round.
     pub(super) passes: u32,
     pub(super) round: u32,
-    /// Up to so many samples of a block as there are passes, each: samples of all units before; number of the first one within the batch; how many there
-    /// are (8 bits), number of the first one within the round (8), start (8), samples of the block in the round less one (8); block.
+    /// Samples of a block in passes in a row, each: samples of all units before; number of the first one within the batch; how many there are, pass of the
+    /// first one (8 bits each) and samples of the block in the round (16); block.
     pub(super) units: Vec<UVec4>,
     /// Samples of a pixel in all units together.
     pub(super) samples: u32,
@@ -44,8 +45,9 @@ impl SampleCounts {
             left += rate * f64::from(passes);
             let count = left.floor().clamp(1.0, MOST * f64::from(passes));
             left -= count;
-            self.counts[block] = count as u32;
-            self.starts[block] = (splitmix(key ^ (block as u64 + 1) << 32) >> 56) as u32;
+            let (count, any) = (count as u32, splitmix(key ^ (block as u64 + 1) << 32) >> 32);
+            self.counts[block] = count;
+            self.starts[block] = if count.is_multiple_of(passes) { 0 } else { (any * u64::from(passes) >> 32) as u32 };
         }
     }
 
@@ -53,6 +55,7 @@ impl SampleCounts {
     pub(super) fn begin_evenly(&mut self, passes: u32) {
         self.passes = passes;
         self.counts.fill(passes);
+        self.starts.fill(0);
     }
 
     /// Goes on to the next round of the batch.
@@ -60,25 +63,24 @@ impl SampleCounts {
         self.had.iter_mut().zip(&self.counts).for_each(|(had, count)| *had += count);
     }
 
-    /// The pass of sample `i` of a block, within the round.
-    fn pass(&self, block: usize, i: u32) -> u32 {
-        // Starts are odd numbers of 512ths, so that this is no whole number and rounding does not matter.
-        let place = i as f32 + (self.starts[block] as f32 + 0.5) / 256.0;
-        (place * (self.passes as f32 / self.counts[block] as f32)) as u32
-    }
-
     /// Passes `first` to `first + passes` of the round.
     pub(super) fn window(&self, first: u32, passes: u32) -> Window {
         let mut window = Window { passes, round: self.passes, units: Vec::with_capacity(self.counts.len()), samples: 0 };
         for (block, &count) in self.counts.iter().enumerate() {
-            let before = |end: u32| (0..count).take_while(|&i| self.pass(block, i) < end).count() as u32;
-            let (mut begin, end) = (before(first), before(first + passes));
-            while begin < end {
-                let now = passes.min(end - begin);
-                let packed = now | begin << 8 | self.starts[block] << 16 | (count - 1) << 24;
-                window.units.push(UVec4::new(window.samples, self.had[block] + begin, packed, block as u32));
-                window.samples += now;
-                begin += now;
+            // From the first pass to the last one, as often as it takes.
+            let mut sample = 0;
+            let mut pass = self.starts[block];
+            while sample < count {
+                let end = self.passes.min(pass + count - sample);
+                let (from, to) = (pass.max(first), end.min(first + passes));
+                if from < to {
+                    let packed = to - from | from - first << 8 | count << 16;
+                    let index = self.had[block] + sample + from - pass;
+                    window.units.push(UVec4::new(window.samples, index, packed, block as u32));
+                    window.samples += to - from;
+                }
+                sample += end - pass;
+                pass = 0;
             }
         }
         window
@@ -97,16 +99,11 @@ pub(super) fn splitmix(key: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// (block, number within the batch, pass) of all samples, as the shader unpacks them.
-    fn samples(window: &Window, first: u32) -> Vec<(u32, u32, u32)> {
+    /// (block, number within the batch, pass within the window) of all samples, as the shader unpacks them.
+    fn samples(window: &Window) -> Vec<(u32, u32, u32)> {
         let of_unit = |u: &UVec4| {
-            let (count, begin, start, all) = (u.z & 0xff, u.z >> 8 & 0xff, u.z >> 16 & 0xff, (u.z >> 24) + 1);
-            let step = window.round as f32 / all as f32;
-            let (index, block) = (u.y, u.w);
-            (0..count).map(move |i| {
-                let pass = (((begin + i) as f32 + (start as f32 + 0.5) / 256.0) * step) as u32 - first % ROUND;
-                (block, index + i, pass)
-            })
+            let (count, pass, index, block) = (u.z & 0xff, u.z >> 8 & 0xff, u.y, u.w);
+            (0..count).map(move |i| (block, index + i, pass + i))
         };
         window.units.iter().flat_map(of_unit).collect()
     }
@@ -126,9 +123,10 @@ mod tests {
                     let places: Vec<u32> =
                         window.units.iter().scan(0, |sum, u| Some(std::mem::replace(sum, *sum + (u.z & 0xff)))).collect();
                     assert!(window.units.iter().zip(&places).all(|(u, place)| u.x == *place));
-                    let found = samples(&window, 16 * round as u32 + first);
+                    let found = samples(&window);
                     assert!(found.iter().all(|(_, _, pass)| *pass < window.passes), "{found:?}");
                     assert_eq!(found.len() as u32, window.samples);
+                    assert!(window.units.iter().all(|u| u.z >> 16 == counts.counts[u.w as usize]));
                     all.extend(found.into_iter().map(|(block, index, _)| (block, index)));
                 }
                 all.sort_unstable();
@@ -152,7 +150,7 @@ mod tests {
             for (block, count) in counts.counts.iter().enumerate() {
                 sums[block] += f64::from(*count);
             }
-            for (block, _, pass) in samples(&counts.window(0, 16), 0) {
+            for (block, _, pass) in samples(&counts.window(0, 16)) {
                 of_pass[block as usize][pass as usize] += 1.0 / f64::from(counts.counts[block as usize]);
             }
         }

@@ -449,7 +449,7 @@ agree! {
     absorbing_glass, 96, 1.0, absorbing();
     hazes, 160, 1.0, haze();
     fog_all_around, 96, 1.0, fog_everywhere();
-    point_light, 96, 1.0, point();
+    point_light, 160, 1.0, point();
     spot_light, 96, 1.0, spot();
     parallel_beam, 96, 1.0, beam();
     lamps_by_profiles, 96, 1.5, measured_lamps();

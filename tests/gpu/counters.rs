@@ -31,7 +31,7 @@ fn what_is_no_radiance_is_dropped_and_counted_by_its_cause() {
         ..Params::default()
     };
     // One unit: both samples of the one block.
-    let units = gpu.table("units", &[UVec4::new(0, 0, 2 | 1 << 24, 0)]).unwrap();
+    let units = gpu.table("units", &[UVec4::new(0, 0, 2 | 2 << 16, 0)]).unwrap();
     let uniforms = gpu.uniform("params", std::mem::size_of::<Params>() as u64);
     gpu.write(&uniforms, &[params]);
     let counters = gpu.empty_storage("counters", 4 * COUNTERS as u64).unwrap();
