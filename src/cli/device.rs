@@ -68,7 +68,7 @@ pub enum Technique {
 /// How paths are found; for render, bench and check.
 #[derive(clap::Args, Clone, Default)]
 pub struct TechniqueArgs {
-    /// Leave out a way of finding paths (may be given again); the others make up for it where they can, and the plan says where not
+    /// Leave out a way of finding paths or of sending them where they are of use (may be given again); the others make up for it where they can, and the plan says where not
     #[arg(long, value_name = "TECHNIQUE")]
     without: Vec<Technique>,
     /// Light paths for each camera path, instead of what a probe finds best
