@@ -5,15 +5,6 @@ use crate::{features, shipped};
 use abbe::integrator::Techniques;
 use abbe::scene::Scene;
 
-const ALL: Techniques = Techniques {
-    chance_hits: true,
-    light_samples: true,
-    light_paths: true,
-    gathering: true,
-    guiding: true,
-    adaptive_sampling: true,
-};
-
 /// The name of a stored reference, with its scene.
 fn of(name: &str) -> Scene {
     let mut all = shipped::all().into_iter().chain(features::all());
@@ -24,7 +15,7 @@ macro_rules! subsets {
     ($($test:ident, $name:expr, $spp:expr, $coarseness:expr, $without:ident $(, $more:ident)*;)*) => {
         $(#[test]
         fn $test() {
-            let techniques = Techniques { $without: false, $($more: false,)* ..ALL };
+            let techniques = Techniques { $without: false, $($more: false,)* ..Techniques::default() };
             techniques_agree_with_reference($name, &of($name), $spp, $coarseness, techniques);
         })*
     };
