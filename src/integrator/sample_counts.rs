@@ -45,9 +45,9 @@ impl SampleCounts {
             left += rate * f64::from(passes);
             let count = left.floor().clamp(1.0, MOST * f64::from(passes));
             left -= count;
-            let (count, any) = (count as u32, splitmix(key ^ (block as u64 + 1) << 32) >> 32);
+            let (count, any) = (count as u32, splitmix(key ^ ((block as u64 + 1) << 32)) >> 32);
             self.counts[block] = count;
-            self.starts[block] = if count.is_multiple_of(passes) { 0 } else { (any * u64::from(passes) >> 32) as u32 };
+            self.starts[block] = if count.is_multiple_of(passes) { 0 } else { ((any * u64::from(passes)) >> 32) as u32 };
         }
     }
 
@@ -74,7 +74,7 @@ impl SampleCounts {
                 let end = self.passes.min(pass + count - sample);
                 let (from, to) = (pass.max(first), end.min(first + passes));
                 if from < to {
-                    let packed = to - from | from - first << 8 | count << 16;
+                    let packed = (to - from) | ((from - first) << 8) | (count << 16);
                     let index = self.had[block] + sample + from - pass;
                     window.units.push(UVec4::new(window.samples, index, packed, block as u32));
                     window.samples += to - from;
@@ -102,7 +102,7 @@ mod tests {
     /// (block, number within the batch, pass within the window) of all samples, as the shader unpacks them.
     fn samples(window: &Window) -> Vec<(u32, u32, u32)> {
         let of_unit = |u: &UVec4| {
-            let (count, pass, index, block) = (u.z & 0xff, u.z >> 8 & 0xff, u.y, u.w);
+            let (count, pass, index, block) = (u.z & 0xff, (u.z >> 8) & 0xff, u.y, u.w);
             (0..count).map(move |i| (block, index + i, pass + i))
         };
         window.units.iter().flat_map(of_unit).collect()
