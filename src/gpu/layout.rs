@@ -281,8 +281,8 @@ shared_records! {
         rank: u32,
         /// Unused.
         pad_0: u32,
-        /// Place of the dispatch's first sample among those of its passes (common/samples.wgsl).
-        first_place: u32,
+        /// Unused.
+        pad_1: u32,
     }
 
     /// A mesh in one of its places.

@@ -355,7 +355,7 @@ impl GpuIntegrator {
             counts.begin_round(rates, round, key);
             let mut of_round = split(&counts);
             if !of_round.iter().all(|(_, window)| fits(window)) {
-                // By a chance that is next to nothing.
+                // Of a tile with more than its share of the picture's samples; elsewhere by a chance that is next to nothing.
                 counts.begin_evenly(round);
                 of_round = split(&counts);
             }
