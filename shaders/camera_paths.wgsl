@@ -1,5 +1,5 @@
 // The camera pass: paths from the sensor with next-event estimation, combined with chance hits by multiple importance sampling.
-// One invocation owns a pixel of each of `blocks` units and traces its paths one after the other, so that lanes whose path ends early take up the next.
+// One invocation owns a pixel of each unit of a group and traces its paths one after the other, so that lanes whose path ends early take up the next.
 #include "common/math.wgsl"
 #include "common/sampler.wgsl"
 
@@ -39,9 +39,10 @@ fn light_on_sensor(ray: Ray) -> Ray {
 #endif
 
 var<private> sampled_pixel: u32;
+var<private> unit: Unit; // at hand
 
-// Sample `i` of a unit's in its pixel `local`.
-fn begin_path(pixel: vec2u, unit: Unit, i: u32, local: u32) -> Ray {
+// Sample `i` of the unit in its pixel `local`.
+fn begin_path(pixel: vec2u, i: u32, local: u32) -> Ray {
     sampled_pixel = pixel.y * params.image_width + pixel.x;
     start_sampler(sampled_pixel, params.batch, params.seed, unit.index + i);
     pass_of_path = unit.pass_index + i;
@@ -71,50 +72,57 @@ fn begin_path(pixel: vec2u, unit: Unit, i: u32, local: u32) -> Ray {
 #endif
 }
 
-// The first unit from `first` on, or `end`, of which the invocation's pixel is in the tile.
+// Goes on to the first unit from `first` on, or `end`, of which the invocation's pixel is in the tile.
 fn next_unit(first: u32, end: u32, local: u32) -> u32 {
-    var i = first;
-    while (i < end && !is_in_tile(pixel_in_tile(block_of(i), local))) {
-        i += 1u;
+    var at = first;
+    while (at < end) {
+        unit = unit_at(at);
+        if (is_in_tile(pixel_in_tile(unit.block, local))) {
+            break;
+        }
+        at += 1u;
     }
-    return i;
+    return at;
+}
+
+fn pixel_of_unit(local: u32) -> vec2u {
+    return vec2u(params.tile_x, params.tile_y) + pixel_in_tile(unit.block, local);
 }
 
 @compute @workgroup_size(64)
-fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
-    let first = (params.first_group + group.x) * params.blocks;
-    let end = min(first + params.blocks, params.units);
-    mark_unfinished(first, end, local);
-    var at = next_unit(first, end, local);
-    if (at >= end) {
+fn main(
+    @builtin(workgroup_id) workgroup: vec3u,
+    @builtin(num_workgroups) workgroups: vec3u,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let group = group_at(group_number(workgroup.x, workgroups.x));
+    first_place = group_at(params.first_group).place;
+    mark_unfinished(slot_at(group.place, local), group.samples);
+    var at = next_unit(group.first, group.end, local);
+    if (at >= group.end) {
         return;
     }
-    var unit = unit_at(at);
-    var pixel = vec2u(params.tile_x, params.tile_y) + pixel_in_tile(unit.block, local);
+    var pixel = pixel_of_unit(local);
     var i = 0u;
-    var ray = begin_path(pixel, unit, i, local);
+    var ray = begin_path(pixel, i, local);
     loop {
         ray = next_event(ray);
         if (path.ended) {
 #if COUNTED
             count_path(path.depth);
 #endif
-            store_sample(first_slot(at, local) + i);
+            store_sample(slot_at(unit.place + i, local));
             i += 1u;
             if (i >= unit.count) {
-                at = next_unit(at + 1u, end, local);
-                if (at >= end) {
+                at = next_unit(at + 1u, group.end, local);
+                if (at >= group.end) {
                     break;
                 }
-                unit = unit_at(at);
-                pixel = vec2u(params.tile_x, params.tile_y) + pixel_in_tile(unit.block, local);
+                pixel = pixel_of_unit(local);
                 i = 0u;
             }
-            ray = begin_path(pixel, unit, i, local);
+            ray = begin_path(pixel, i, local);
         }
     }
-    atomicAdd(&counters[COUNTER_RAYS], rays_traced);
-#if COUNTED
-    report_counts();
-#endif
+    report_rays();
 }

@@ -18,6 +18,7 @@ var<private> li: array<vec4f, LANES4>;
 #endif
 #include "sensor/sensor.wgsl"
 #include "common/tile.wgsl"
+#include "common/groups.wgsl"
 
 struct FirstHit {
     n: vec3f, // shading normal, on the side of the ray
@@ -80,8 +81,12 @@ fn first_hit(start: Ray) -> FirstHit {
 }
 
 @compute @workgroup_size(64)
-fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
-    let in_tile = pixel_in_tile(params.first_group + group.x, local);
+fn main(
+    @builtin(workgroup_id) workgroup: vec3u,
+    @builtin(num_workgroups) workgroups: vec3u,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let in_tile = pixel_in_tile(group_number(workgroup.x, workgroups.x), local);
     if (!is_in_tile(in_tile)) {
         return;
     }

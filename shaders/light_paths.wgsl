@@ -3,6 +3,7 @@
 #include "common/math.wgsl"
 #include "common/sampler.wgsl"
 #include "common/bindings.wgsl"
+#include "common/groups.wgsl"
 
 @group(0) @binding(13) var<storage, read_write> splats: array<atomic<u32>>;
 
@@ -39,10 +40,14 @@ fn begin_path(unit: u32, units_of_pass: u32, local: u32) -> Ray {
 // All invocations together go through the paths pass by pass, so that those at work at a time look for the same visible points. A unit of work is a path of
 // each of 64 invocations.
 @compute @workgroup_size(64)
-fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
+fn main(
+    @builtin(workgroup_id) workgroup: vec3u,
+    @builtin(num_workgroups) workgroups: vec3u,
+    @builtin(local_invocation_index) local: u32,
+) {
     let units_of_pass = (params.light_paths + 63u) / 64u;
-    let first = (params.first_group + group.x) * params.blocks * params.samples;
-    let end = min(first + params.blocks * params.samples, units_of_pass * params.samples);
+    let first = group_number(workgroup.x, workgroups.x) * params.light_units;
+    let end = min(first + params.light_units, units_of_pass * params.samples);
     var unit = next_unit(first, end, units_of_pass, local);
     if (unit >= end) {
         return;
@@ -64,10 +69,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lo
             ray = begin_path(unit, units_of_pass, local);
         }
     }
-    atomicAdd(&counters[COUNTER_RAYS], rays_traced);
-#if COUNTED
-    report_counts();
-#endif
+    report_rays();
     // Where the driver has ended the loop.
     if (unit < end) {
         atomicAdd(&counters[COUNTER_UNFINISHED], end - unit);

@@ -20,7 +20,7 @@ fn sample_at(i: u32) -> vec4f {
 }
 
 // Adds the samples of a unit in its pixel `local` to the film.
-fn update_pixel(in_tile: vec2u, at: u32, local: u32) {
+fn update_pixel(in_tile: vec2u, unit: Unit, local: u32) {
     let base = (in_tile.y * params.tile_width + in_tile.x) * (BINS + 3u);
     var xyz = vec3f(0.0);
 #if !MANY_BINS
@@ -29,9 +29,8 @@ fn update_pixel(in_tile: vec2u, at: u32, local: u32) {
         sums[k] = vec4f(0.0);
     }
 #endif
-    let unit = unit_at(at);
     for (var i = 0u; i < unit.count; i++) {
-        let slot = (first_slot(at, local) + i) * LANES4;
+        let slot = slot_at(unit.place + i, local) * LANES4;
         let pass_index = unit.pass_index + i;
         pass_base = pass_index * params.spectra_stride;
         // Where the driver has ended the loop over paths.
@@ -91,21 +90,26 @@ fn update_pixel(in_tile: vec2u, at: u32, local: u32) {
 
 @compute @workgroup_size(64)
 fn main(
-    @builtin(workgroup_id) group: vec3u,
-    @builtin(num_workgroups) groups: vec3u,
+    @builtin(workgroup_id) workgroup: vec3u,
+    @builtin(num_workgroups) workgroups: vec3u,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let first_of_all = params.first_group * params.blocks;
-    let end_of_all = min(first_of_all + groups.x * params.blocks, params.units);
-    let first = first_of_all + group.x * params.blocks;
-    for (var at = first; at < min(first + params.blocks, end_of_all); at++) {
-        let block = block_of(at);
+    let first_of_all = group_at(params.first_group);
+    let end_of_all = group_at(params.first_group + workgroups.x - 1u).end;
+    first_place = first_of_all.place;
+    let group = group_at(group_number(workgroup.x, workgroups.x));
+    for (var at = group.first; at < group.end; at++) {
+        let block = unit_at(at).block;
         let in_tile = pixel_in_tile(block, local);
         // All units of a block are one invocation's: there is one film.
-        if (!is_in_tile(in_tile) || (at > first_of_all && block_of(at - 1u) == block)) {
+        if (!is_in_tile(in_tile) || (at > first_of_all.first && unit_at(at - 1u).block == block)) {
             continue;
         }
-        for (var unit = at; unit < end_of_all && block_of(unit) == block; unit++) {
+        for (var i = at; i < end_of_all; i++) {
+            let unit = unit_at(i);
+            if (unit.block != block) {
+                break;
+            }
             update_pixel(in_tile, unit, local);
         }
     }

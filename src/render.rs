@@ -52,6 +52,8 @@ pub struct BatchStats {
     pub truncated: u64,
     /// Samples lost because a driver ended the shader's loops: software drivers bound their turns.
     pub unfinished: u64,
+    /// Most rays of one invocation on the GPU.
+    pub most_rays: u64,
     /// Of `rays`, those of the GPU's camera pass.
     pub camera_rays: u64,
     /// Time that the GPU's camera pass took, from each submission to its completion.
@@ -102,6 +104,7 @@ impl std::ops::AddAssign for BatchStats {
         self.dropped_crowded += b.dropped_crowded;
         self.truncated += b.truncated;
         self.unfinished += b.unfinished;
+        self.most_rays = self.most_rays.max(b.most_rays);
         self.camera_rays += b.camera_rays;
         self.camera_time += b.camera_time;
         self.light_time += b.light_time;

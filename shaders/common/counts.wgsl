@@ -6,8 +6,3 @@ var<private> primitives_tested: u32;
 fn count_path(depth: u32) {
     atomicAdd(&counters[COUNTER_ENDED + min(depth, COUNTED_DEPTHS - 1u)], 1u);
 }
-
-fn report_counts() {
-    atomicAdd(&counters[COUNTER_NODES], nodes_tested);
-    atomicAdd(&counters[COUNTER_PRIMITIVES], primitives_tested);
-}

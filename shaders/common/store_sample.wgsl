@@ -6,11 +6,9 @@ fn store_sample(slot: u32) {
     }
 }
 
-// Marks an invocation's slots as those of samples that are not finished, until they are.
-fn mark_unfinished(first: u32, end: u32, local: u32) {
-    for (var at = first; at < end; at++) {
-        for (var i = 0u; i < params.samples; i++) {
-            textureStore(samples, texel((first_slot(at, local) + i) * LANES4), bitcast<vec4u>(vec4f(UNFINISHED)));
-        }
+// Marks `count` slots, 64 apart, as those of samples that are not finished, until they are.
+fn mark_unfinished(first: u32, count: u32) {
+    for (var i = 0u; i < count; i++) {
+        textureStore(samples, texel((first + 64u * i) * LANES4), bitcast<vec4u>(vec4f(UNFINISHED)));
     }
 }

@@ -1,6 +1,8 @@
-// Units of camera paths: some samples of a block of 8 x 8 pixels in passes in a row (integrator/sample_counts.rs), and where they wait for
+// Units of camera paths: some samples of a block of 8 x 8 pixels in passes in a row (integrator/sample_counts.rs), in groups, and where they wait for
 // update_film.wgsl.
-@group(0) @binding(24) var units: Table;
+#include "common/groups.wgsl"
+
+@group(0) @binding(24) var units: Table; // units, then groups of them
 
 struct Unit {
     place: u32, // samples of a pixel in all units before
@@ -11,16 +13,27 @@ struct Unit {
     block: u32,
 }
 
-fn block_of(i: u32) -> u32 {
-    return fetch(units, i).w;
-}
-
 fn unit_at(i: u32) -> Unit {
     let t = fetch(units, i);
-    return Unit(t.x, t.y, t.z & 0xffu, t.z >> 8u & 0xffu, f32(params.round) / f32(t.z >> 16u), t.w);
+    return Unit(t.x, t.y, t.z & 0xffu, t.z >> 8u & 0xffu, f32(t.z >> 16u & 0xffu) / f32(t.z >> 24u), t.w);
 }
 
-// Where the first sample of an invocation's pixel is kept; the others of the pixel follow.
-fn first_slot(i: u32, local: u32) -> u32 {
-    return ((i - params.first_group * params.blocks) * 64u + local) * params.samples;
+// Units that an invocation has a pixel of.
+struct Group {
+    first: u32,
+    end: u32,
+    place: u32, // samples of a pixel in all groups before
+    samples: u32, // and in this one
+}
+
+fn group_at(number: u32) -> Group {
+    let t = fetch(units, params.units + number);
+    return Group(t.x, t.y, t.z, t.w);
+}
+
+var<private> first_place: u32; // of the dispatch
+
+// Where a sample of pixel `local` of its block is kept.
+fn slot_at(place: u32, local: u32) -> u32 {
+    return 64u * (place - first_place) + local;
 }

@@ -395,6 +395,16 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
 
 var<private> rays_traced: u32;
 
+// When an invocation has come to its end.
+fn report_rays() {
+    atomicAdd(&counters[COUNTER_RAYS], rays_traced);
+    atomicMax(&counters[COUNTER_MOST_RAYS], rays_traced);
+#if COUNTED
+    atomicAdd(&counters[COUNTER_NODES], nodes_tested);
+    atomicAdd(&counters[COUNTER_PRIMITIVES], primitives_tested);
+#endif
+}
+
 // Takes the path to its next vertex, and the light sample there to its light (or the sensor). One after the other within a turn of the loop over all paths:
 // software drivers execute all of a loop for each lane that is in it, so that shading would be done for shadow rays as well.
 fn next_event(from_vertex: Ray) -> Ray {

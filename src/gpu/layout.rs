@@ -141,8 +141,10 @@ shared_constants! {
     COUNTER_NODES = 7;
     /// Primitives tested, likewise.
     COUNTER_PRIMITIVES = 8;
-    /// Paths ended, by their scattering events: the first of [`COUNTED_DEPTHS`], likewise.
-    COUNTER_ENDED = 9;
+    /// Most rays of an invocation.
+    COUNTER_MOST_RAYS = 9;
+    /// Paths ended, by their scattering events: the first of [`COUNTED_DEPTHS`], where that is counted.
+    COUNTER_ENDED = 10;
     /// The last of these counts all longer ones, too.
     COUNTED_DEPTHS = 16;
     /// Quanta of X, Y, Z are this much larger than those of bins, as their values are.
@@ -169,6 +171,8 @@ shared_records! {
         image_height: u32,
         /// First workgroup of this dispatch.
         first_group: u32,
+        /// Steps in which its workgroups are gone through (common/groups.wgsl).
+        group_step: u32,
         /// First pass of this dispatch within the batch.
         first_sample: u32,
         /// Passes of this dispatch.
@@ -197,12 +201,10 @@ shared_records! {
         guide_share: f32,
         /// Room for reports.
         guide_room: u32,
-        /// Units (of up to `samples` camera paths in each of 8 x 8 pixels, of 64 light paths in each pass) that a workgroup takes one after the other.
-        blocks: u32,
+        /// Units of 64 light paths that a workgroup takes one after the other.
+        light_units: u32,
         /// Units of camera paths in these passes.
         units: u32,
-        /// Passes of the round that these are of.
-        round: u32,
         /// Eye, corner or centre, relative to the scene's origin.
         origin: Vec4,
         /// Right, or edge u.

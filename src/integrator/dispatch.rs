@@ -2,8 +2,8 @@
 
 use crate::error::Result;
 use crate::gpu::layout::{
-    COUNTER_CROWDED, COUNTER_ENDED, COUNTER_NEGATIVE, COUNTER_NODES, COUNTER_NOT_FINITE, COUNTER_PRIMITIVES, COUNTER_RAYS,
-    COUNTER_SATURATED, COUNTER_TRUNCATED, COUNTER_UNFINISHED, COUNTERS, Params,
+    COUNTER_CROWDED, COUNTER_ENDED, COUNTER_MOST_RAYS, COUNTER_NEGATIVE, COUNTER_NODES, COUNTER_NOT_FINITE, COUNTER_PRIMITIVES,
+    COUNTER_RAYS, COUNTER_SATURATED, COUNTER_TRUNCATED, COUNTER_UNFINISHED, COUNTERS, Params,
 };
 use crate::gpu::{Gpu, Kernel, Resource, Timer};
 use crate::render::{BatchStats, Counts};
@@ -11,10 +11,17 @@ use std::time::{Duration, Instant};
 
 /// How long a dispatch should take: well below the watchdogs of desktop drivers.
 const DISPATCH_TIME: Duration = Duration::from_millis(50);
+/// On a CPU, of which cores wait for each other at the end of every dispatch.
+const DISPATCH_TIME_CPU: Duration = Duration::from_millis(100);
 
 /// Fewest workgroups that a pass is split into: they keep all cores busy, on a GPU with some 100,000 paths at a time.
 const LEAST_GROUPS: u32 = 64;
 const LEAST_GROUPS_GPU: u32 = 4096;
+
+/// Fewest workgroups that a pass is to be split into on `gpu`.
+pub(super) fn least_groups(gpu: &Gpu) -> u32 {
+    if gpu.info.is_cpu() { LEAST_GROUPS } else { LEAST_GROUPS_GPU }
+}
 
 /// Kernels that run one after the other on the same workgroups.
 #[derive(Debug)]
@@ -24,7 +31,7 @@ pub(super) struct Pass {
     pub(super) limit: u32,
     /// Place of the first kernel's time in [`BatchStats::kernel_times`].
     pub(super) first_time: usize,
-    /// Workgroups of the next dispatch: adapted so that it takes [`DISPATCH_TIME`].
+    /// Workgroups of the next dispatch: adapted to the time that it should take.
     pub(super) groups: u32,
 }
 
@@ -36,22 +43,21 @@ pub(super) struct Job<'a> {
     pub(super) counters: &'a Resource,
     pub(super) resources: &'a [(&'a str, &'a Resource)],
     pub(super) params: Params,
-    /// Most samples that an invocation may take one after the other. The more, the less do lanes wait for the longest path of a few.
-    pub(super) most_samples: u32,
 }
 
 impl Job<'_> {
-    /// Runs `pass` over `blocks` blocks, in dispatches of about [`DISPATCH_TIME`]. Returns the counts and the time spent in dispatches.
-    pub(super) fn run(&self, pass: &mut Pass, blocks: u32) -> Result<(BatchStats, Counts, Duration)> {
-        let least_groups = if self.gpu.info.is_cpu() { LEAST_GROUPS } else { LEAST_GROUPS_GPU };
-        let each = (self.most_samples / self.params.samples).min(blocks / least_groups).max(1);
-        let groups = blocks.div_ceil(each);
+    /// Runs so many workgroups of `pass`, up to `limit` of them in a dispatch, in dispatches of about the time that one should take. Returns the counts
+    /// and the time spent in dispatches.
+    pub(super) fn run(&self, pass: &mut Pass, groups: u32, limit: u32) -> Result<(BatchStats, Counts, Duration)> {
+        let (limit, time_of_one) =
+            (pass.limit.min(limit).max(1), if self.gpu.info.is_cpu() { DISPATCH_TIME_CPU } else { DISPATCH_TIME });
         let bindings = pass.kernels.iter().map(|k| k.bind(self.gpu, self.resources)).collect::<Result<Vec<_>>>()?;
         let (mut stats, mut counts, mut time) = (BatchStats::default(), Counts::default(), Duration::ZERO);
         let mut first = 0;
         while first < groups {
-            let now = pass.groups.min(groups - first);
-            self.gpu.write(self.uniforms, &[Params { first_group: first, blocks: each, ..self.params }]);
+            let asked = pass.groups.min(limit);
+            let now = asked.min(groups - first);
+            self.gpu.write(self.uniforms, &[Params { first_group: first, group_step: step(now), ..self.params }]);
             self.gpu.write(self.counters, &[0u32; COUNTERS]);
             let start = Instant::now();
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
@@ -65,7 +71,7 @@ impl Job<'_> {
             let elapsed = start.elapsed();
             time += elapsed;
             first += now;
-            pass.groups = next_groups(pass.groups, now, elapsed).min(pass.limit);
+            pass.groups = next_groups(asked, now, elapsed, time_of_one);
             if let Some(timer) = self.timer {
                 for (i, time) in timer.times(self.gpu, kernels)?.into_iter().enumerate() {
                     stats.kernel_times[pass.first_time + i] += time;
@@ -81,6 +87,7 @@ impl Job<'_> {
                 dropped_crowded: at(COUNTER_CROWDED),
                 truncated: at(COUNTER_TRUNCATED),
                 unfinished: at(COUNTER_UNFINISHED),
+                most_rays: at(COUNTER_MOST_RAYS),
                 longest_dispatch: elapsed,
                 ..Default::default()
             };
@@ -91,9 +98,21 @@ impl Job<'_> {
     }
 }
 
-/// Workgroups of the dispatch after one that was to have `groups`, had `now` and took `elapsed`.
-fn next_groups(groups: u32, now: u32, elapsed: Duration) -> u32 {
-    let ratio = DISPATCH_TIME.as_secs_f64() / elapsed.as_secs_f64().max(1e-4);
+/// A number near the golden section of `groups` that has no factor in common with it: steps of so many go through all of them, and a few in a row are
+/// well spread (common/groups.wgsl).
+fn step(groups: u32) -> u32 {
+    let gcd = |mut a: u32, mut b: u32| {
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a
+    };
+    ((0.618 * f64::from(groups)) as u32..).find(|&step| gcd(step, groups) == 1).unwrap_or(1)
+}
+
+/// Workgroups of the dispatch after one that was to have `groups`, had `now` and took `elapsed`, if it should take `time`.
+fn next_groups(groups: u32, now: u32, elapsed: Duration, time: Duration) -> u32 {
+    let ratio = time.as_secs_f64() / elapsed.as_secs_f64().max(1e-4);
     // What is left over at the end says little about a full dispatch.
     if now == groups || ratio < 1.0 { ((f64::from(now) * ratio.clamp(0.25, 2.0)) as u32).max(1) } else { groups }
 }
@@ -109,9 +128,26 @@ mod tests {
         while costs.peek().is_some() {
             let taken: Vec<f64> = costs.by_ref().take(groups as usize).collect();
             times.push(taken.iter().sum());
-            groups = next_groups(groups, taken.len() as u32, Duration::from_secs_f64(*times.last().unwrap()));
+            groups = next_groups(groups, taken.len() as u32, Duration::from_secs_f64(*times.last().unwrap()), DISPATCH_TIME);
         }
         times
+    }
+
+    #[test]
+    fn steps_go_through_all_workgroups_and_spread_any_few_in_a_row() {
+        for groups in 1..300u32 {
+            let order: Vec<u32> = (0..groups).map(|i| i * step(groups) % groups).collect();
+            let mut sorted = order.clone();
+            sorted.sort_unstable();
+            assert!(sorted.into_iter().eq(0..groups), "{groups} in steps of {}", step(groups));
+            // Either half of the order has about half of any half of the picture.
+            let low = order[..groups as usize / 2].iter().filter(|&&group| group < groups / 2).count();
+            assert!(
+                low.abs_diff(groups as usize / 4) <= 1 + groups as usize / 16,
+                "{groups}: {low} in steps of {}",
+                step(groups)
+            );
+        }
     }
 
     #[test]

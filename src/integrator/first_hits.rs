@@ -29,8 +29,8 @@ pub(super) fn run(
         let found = gpu.empty_storage("first hits", bytes)?;
         let resources = [resources, &[("params", uniforms), ("first_hits", &found)]].concat();
         let params = Params { tile_x: tile.x, tile_y: tile.y, tile_width: tile.width, tile_height: tile.height, ..params };
-        let job = Job { gpu, timer: None, uniforms, counters, resources: &resources, params, most_samples: params.samples };
-        job.run(&mut pass, tile.width.div_ceil(8) * tile.height.div_ceil(8))?;
+        let job = Job { gpu, timer: None, uniforms, counters, resources: &resources, params };
+        job.run(&mut pass, tile.width.div_ceil(8) * tile.height.div_ceil(8), u32::MAX)?;
         for (row, found) in gpu.read::<Sums>(&found, bytes)?.chunks_exact(columns).enumerate() {
             let first = (tile.y as usize + row) * width + tile.x as usize;
             sums[first..first + columns].copy_from_slice(found);

@@ -2,7 +2,7 @@
 
 use super::adaptive::Adaptive;
 use super::budget::Budget;
-use super::dispatch::{Job, Pass};
+use super::dispatch::{Job, Pass, least_groups};
 use super::gather::{self, Gather};
 use super::guide::Guide;
 use super::params::params;
@@ -23,10 +23,15 @@ use crate::spectrum::library::{Observer, observer};
 use crate::stage::{self, Stage};
 use glam::Vec4;
 
-/// Most samples that an invocation takes one after the other, and so passes of one dispatch.
+/// Most passes of one dispatch.
 const PASSES_PER_DISPATCH: u32 = 16;
-/// Events that a lane of a dispatch may come to: lavapipe ends a shader after 65,535 turns of all its loops, a ray takes some tens of them.
-const EVENTS_PER_DISPATCH: u32 = 1024;
+/// Most samples that an invocation takes one after the other. The more, the less do lanes wait for the longest path of a few.
+const MOST_SAMPLES: u32 = 64;
+/// Events that an invocation may come to: lavapipe ends a shader after 65,535 turns of all its loops, a ray takes some tens of them.
+const EVENTS_OF_INVOCATION: u32 = 1024;
+/// Likewise rays, once it is known how many there are: ten spheres in a box take 35 turns for each (of eight lanes' rays the longest), a million triangles 70
+/// to 90.
+const RAYS_OF_INVOCATION: u64 = 512;
 /// Passes whose sums single precision may hold: a sum of this many alike, one by one, is off by some 2e-6.
 const PASSES_PER_SUM: u32 = 64;
 /// Bytes for the samples of a dispatch on their way to the film: no more than keeps all cores busy, since an adapter's memory may be the host's.
@@ -60,8 +65,12 @@ pub struct GpuIntegrator {
     is_probed: bool,
     /// Most passes of one dispatch.
     passes: u32,
-    /// Most samples that an invocation takes, where passes are fewer of several pixels.
+    /// Bounds of `most_samples`: however long paths are, and at all.
+    sample_bounds: (u32, u32),
+    /// Most samples that an invocation takes, of one pixel or several.
     most_samples: u32,
+    /// Samples of 8 x 8 pixels that there is room for in `samples`.
+    sample_places: u32,
 }
 
 impl GpuIntegrator {
@@ -100,7 +109,7 @@ impl GpuIntegrator {
         )?;
         let largest = |p: &Params| tiles(&gpu, &plan, p.image_width, p.image_height)[0];
         let blocks = [params, probed(&params)].iter().map(|p| blocks(largest(p))).max().unwrap_or(1);
-        let passes = (EVENTS_PER_DISPATCH / scene.max_depth.max(1)).clamp(1, PASSES_PER_DISPATCH);
+        let passes = (EVENTS_OF_INVOCATION / scene.max_depth.max(1)).clamp(1, PASSES_PER_DISPATCH);
         let gather = if plan.has("GATHERED") { Some(Gather::new(&gpu, &plan, scene, blocks, passes)?) } else { None };
         let (heads, points) = gather.as_ref().map_or((0, 0), |g| (g.cells, g.slots));
         let constants =
@@ -110,14 +119,14 @@ impl GpuIntegrator {
             let kernels = roots.iter().map(|root| Kernel::new(&gpu, root, &constants, features)).collect::<Result<_>>()?;
             Ok(Pass { kernels, limit, first_time, groups: 16 })
         };
-        let group_bytes = 64 * u64::from(passes * plan.lanes.div_ceil(4)) * 16;
+        let texels = 64 * u64::from(plan.lanes.div_ceil(4));
         let sample_bytes = if gpu.info.is_cpu() { SAMPLE_BYTES } else { SAMPLE_BYTES_GPU };
-        let sample_groups = (sample_bytes.min(gpu.max_binding()) / group_bytes) as u32;
-        let samples = gpu.empty_table("samples", u64::from(sample_groups) * group_bytes / 16)?;
+        let sample_places = (sample_bytes.min(gpu.max_binding()) / (16 * texels)) as u32;
+        let samples = gpu.empty_table("samples", u64::from(sample_places) * texels)?;
         let values = 64 * u64::from(blocks) * u64::from(plan.bins + 3);
         let film = gpu.empty_storage("film", 4 * values)?;
         let splats = plan.light.as_ref().map(|_| gpu.empty_storage("splats", 8 * values)).transpose()?;
-        let camera = pass(&["camera_paths.wgsl", "update_film.wgsl"], &plan.camera, limit.min(sample_groups), 0)?;
+        let camera = pass(&["camera_paths.wgsl", "update_film.wgsl"], &plan.camera, limit, 0)?;
         let light = plan.light.as_ref().map(|f| pass(&["light_paths.wgsl"], f, limit, 2)).transpose()?;
         let uniforms = gpu.uniform("params", std::mem::size_of::<Params>() as u64);
         let counters = gpu.empty_storage("counters", (COUNTERS * 4) as u64)?;
@@ -147,7 +156,9 @@ impl GpuIntegrator {
             budget: None,
             is_probed: false,
             passes,
+            sample_bounds: (passes, MOST_SAMPLES),
             most_samples: passes,
+            sample_places,
         })
     }
 
@@ -159,6 +170,7 @@ impl GpuIntegrator {
 
     /// Splits every pass into dispatches of at most `groups` workgroups (at least one), each of a single unit. What is computed does not depend on it.
     pub fn limit_dispatches(&mut self, groups: u32) {
+        self.sample_bounds = (1, 1);
         self.most_samples = 1;
         for pass in std::iter::once(&mut self.camera).chain(&mut self.light) {
             pass.limit = pass.limit.min(groups.max(1));
@@ -255,9 +267,12 @@ impl GpuIntegrator {
             BatchStats { paths: u64::from(tile.width) * u64::from(tile.height) * u64::from(passes.count), ..Default::default() };
         let mut parts = Parts::default();
         let mut summed = 0;
+        let light_units = self.params.light_paths.div_ceil(64);
+        let least_groups = least_groups(&self.gpu);
         for (first, window) in self.windows(passes, rates) {
             let count = window.passes;
-            let units = self.gpu.table("units of camera paths", &window.units)?;
+            let groups = window.groups((window.samples / least_groups).min(self.most_samples));
+            let units = self.gpu.table("units of camera paths", &[&window.units[..], &groups].concat())?;
             let (table, lane_bins) = self.spectra(passes.number + u64::from(first), count);
             let spectra = self.gpu.table("spectra", &table)?;
             let lane_bins = self.gpu.storage("wavelength bins", &lane_bins)?;
@@ -285,7 +300,7 @@ impl GpuIntegrator {
                 first_sample: first,
                 samples: count,
                 units: window.units.len() as u32,
-                round: window.round,
+                light_units: count * (light_units / least_groups).min(self.most_samples / count).max(1),
                 batch: passes.batch,
                 seed: self.seed,
                 guide_share,
@@ -293,19 +308,15 @@ impl GpuIntegrator {
                 ..self.params
             };
             let timer = self.timer.as_ref();
-            let job = Job {
-                gpu: &self.gpu,
-                timer,
-                uniforms: &self.uniforms,
-                counters: &self.counters,
-                resources: &resources,
-                params,
-                most_samples: self.most_samples,
-            };
-            let (camera, camera_counts, camera_time) = job.run(&mut self.camera, window.units.len() as u32)?;
+            let job =
+                Job { gpu: &self.gpu, timer, uniforms: &self.uniforms, counters: &self.counters, resources: &resources, params };
+            // A group has one unit at least, of a sample in every pass at most.
+            let limit = self.sample_places / self.most_samples.max(count);
+            let (camera, camera_counts, camera_time) = job.run(&mut self.camera, groups.len() as u32, limit)?;
             stats += BatchStats { camera_rays: camera.rays, camera_time, camera_counts, ..camera };
             if let Some(light) = &mut self.light {
-                let (light, light_counts, light_time) = job.run(light, self.params.light_paths.div_ceil(64))?;
+                let groups = (light_units * count).div_ceil(params.light_units);
+                let (light, light_counts, light_time) = job.run(light, groups, u32::MAX)?;
                 stats += BatchStats { light_time, light_counts, ..light };
             }
             summed += count;
@@ -363,6 +374,13 @@ impl GpuIntegrator {
             counts.end_round();
         }
         windows
+    }
+
+    /// Has invocations take as many samples as may be, by the most rays that one had.
+    fn adapt_samples(&mut self, most_rays: u64) {
+        let (least, most) = self.sample_bounds;
+        let fit = u64::from(self.most_samples) * RAYS_OF_INVOCATION / most_rays.max(1);
+        self.most_samples = (fit.min(u64::from(most)) as u32).max(least);
     }
 
     pub(super) fn pixels(&self) -> f64 {
@@ -427,6 +445,7 @@ impl Integrator for GpuIntegrator {
             stats += traced.stats;
         }
         self.adaptive.iter_mut().for_each(Adaptive::settle);
+        self.adapt_samples(stats.most_rays);
         Ok(stats)
     }
 }

@@ -9,7 +9,8 @@
 use crate::error::Result;
 use crate::film::Tile;
 use crate::gpu::{Gpu, Resource};
-use glam::{UVec4, Vec4};
+use glam::UVec4;
+use rayon::slice::ParallelSliceMut;
 
 /// Dimensions: a point on the light (2), a direction (2), the choice of a light, that of the wavelength kept where they part.
 pub(super) const AXES: usize = 6;
@@ -117,20 +118,20 @@ impl Guide {
         if count > ROOM || count == 0 {
             return Ok(());
         }
-        let mut records: Vec<[Vec4; 2]> =
-            gpu.read(&self.uses, (1 + 2 * count as u64) * 16)?[1..].chunks_exact(2).map(|r| [r[0], r[1]]).collect();
-        records.sort_by_key(|r| r.map(|v| v.to_array().map(f32::to_bits)));
+        let mut words: Vec<u32> = gpu.read(&self.uses, (1 + 2 * count as u64) * 16)?;
+        bytemuck::cast_slice_mut::<u32, [u32; 8]>(&mut words[4..]).par_sort_unstable();
+        let records: &[[f32; 8]] = bytemuck::cast_slice(&words[4..]);
         // Share in the integral, over the probability of having been reported.
-        let weight = |b: &Vec4| {
-            let share = f64::from(b.z) / f64::from(b.w);
+        let weight = |[.., share, density]: &[f32; 8]| {
+            let share = f64::from(*share) / f64::from(*density);
             share / (self.reporting * share).min(1.0)
         };
-        self.squares = records.iter().map(|[_, b]| weight(b) / f64::from(b.w)).sum::<f64>() / paths;
-        self.share = (records.iter().map(|[_, b]| weight(b)).sum::<f64>() / paths).max(self.share);
+        self.squares = records.iter().map(|r| weight(r) / f64::from(r[7])).sum::<f64>() / paths;
+        self.share = (records.iter().map(weight).sum::<f64>() / paths).max(self.share);
         if self.grown_from >= MOST_REPORTS / 2 {
             return Ok(());
         }
-        self.reports.extend(records.iter().map(|[a, b]| Report { at: [a.x, a.y, a.z, a.w, b.x, b.y], weight: weight(b) }));
+        self.reports.extend(records.iter().map(|r| Report { at: std::array::from_fn(|axis| r[axis]), weight: weight(r) }));
         if self.reports.len() >= 2 * self.grown_from {
             self.grow();
         }

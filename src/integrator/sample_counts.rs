@@ -20,14 +20,30 @@ pub(super) struct SampleCounts {
 
 /// A window of passes as the shaders read it.
 pub(super) struct Window {
-    /// How many there are, and in its round.
     pub(super) passes: u32,
-    pub(super) round: u32,
     /// Samples of a block in passes in a row, each: samples of all units before; number of the first one within the batch; how many there are, pass of the
-    /// first one (8 bits each) and samples of the block in the round (16); block.
+    /// first one, passes of the round and samples of the block in it (8 bits each); block.
     pub(super) units: Vec<UVec4>,
     /// Samples of a pixel in all units together.
     pub(super) samples: u32,
+}
+
+impl Window {
+    /// Groups of units, each of up to `most` samples, or of one unit: first unit, end, samples of all groups before, and in it.
+    pub(super) fn groups(&self, most: u32) -> Vec<UVec4> {
+        let mut groups: Vec<UVec4> = Vec::new();
+        for (i, unit) in self.units.iter().enumerate() {
+            let (i, samples) = (i as u32, unit.z & 0xff);
+            match groups.last_mut() {
+                Some(group) if group.w + samples <= most => {
+                    group.y = i + 1;
+                    group.w += samples;
+                }
+                _ => groups.push(UVec4::new(i, i + 1, unit.x, samples)),
+            }
+        }
+        groups
+    }
 }
 
 impl SampleCounts {
@@ -65,7 +81,7 @@ impl SampleCounts {
 
     /// Passes `first` to `first + passes` of the round.
     pub(super) fn window(&self, first: u32, passes: u32) -> Window {
-        let mut window = Window { passes, round: self.passes, units: Vec::with_capacity(self.counts.len()), samples: 0 };
+        let mut window = Window { passes, units: Vec::with_capacity(self.counts.len()), samples: 0 };
         for (block, &count) in self.counts.iter().enumerate() {
             // From the first pass to the last one, as often as it takes.
             let mut sample = 0;
@@ -74,7 +90,7 @@ impl SampleCounts {
                 let end = self.passes.min(pass + count - sample);
                 let (from, to) = (pass.max(first), end.min(first + passes));
                 if from < to {
-                    let packed = (to - from) | ((from - first) << 8) | (count << 16);
+                    let packed = (to - from) | ((from - first) << 8) | (self.passes << 16) | (count << 24);
                     let index = self.had[block] + sample + from - pass;
                     window.units.push(UVec4::new(window.samples, index, packed, block as u32));
                     window.samples += to - from;
@@ -126,7 +142,9 @@ mod tests {
                     let found = samples(&window);
                     assert!(found.iter().all(|(_, _, pass)| *pass < window.passes), "{found:?}");
                     assert_eq!(found.len() as u32, window.samples);
-                    assert!(window.units.iter().all(|u| u.z >> 16 == counts.counts[u.w as usize]));
+                    assert!(
+                        window.units.iter().all(|u| u.z >> 24 == counts.counts[u.w as usize] && (u.z >> 16) & 0xff == passes)
+                    );
                     all.extend(found.into_iter().map(|(block, index, _)| (block, index)));
                 }
                 all.sort_unstable();
@@ -136,6 +154,30 @@ mod tests {
             counts.end_round();
             had.iter_mut().zip(&counts.counts).for_each(|(had, count)| *had += count);
         }
+    }
+
+    #[test]
+    fn groups_have_all_units_in_turn_and_up_to_so_many_samples() {
+        let mut counts = SampleCounts::new(8);
+        counts.begin_round(&[0.25, 4.0, 1.0, 0.9, 2.3, 0.3, 1.7, 0.25], 16, 0);
+        let window = counts.window(0, 16);
+        for most in [1, 5, 16, 40, 64, 1000] {
+            let groups = window.groups(most);
+            let (mut unit, mut place) = (0, 0);
+            for (i, group) in groups.iter().enumerate() {
+                assert_eq!((group.x, group.z), (unit, place), "group {i} of up to {most}");
+                let samples: Vec<u32> = window.units[group.x as usize..group.y as usize].iter().map(|u| u.z & 0xff).collect();
+                assert_eq!(group.w, samples.iter().sum::<u32>());
+                assert!(group.w <= most || samples.len() == 1);
+                // As full as can be.
+                let next = window.units.get(group.y as usize).map_or(u32::MAX, |u| u.z & 0xff);
+                assert!(group.w.saturating_add(next) > most);
+                (unit, place) = (group.y, place + group.w);
+            }
+            assert_eq!((unit as usize, place), (window.units.len(), window.samples));
+        }
+        let most = window.units.iter().map(|u| u.z & 0xff).max().unwrap();
+        assert!(most == 16 && window.groups(16).len() < window.units.len(), "nothing to put together");
     }
 
     #[test]

@@ -19,19 +19,19 @@ fn what_is_no_radiance_is_dropped_and_counted_by_its_cause() {
     let stride = uploaded.rows.len() as u32 + 3;
     // Two samples of each of 64 pixels: a good one, and one by what the pixel's number says. -3e38 stands for a sample that did not finish.
     let bad = [f32::NAN, 1e30, -1.0, -3.0e38, 2.0];
-    let samples: Vec<Vec4> = (0..64).flat_map(|pixel| [Vec4::ONE, Vec4::new(bad[pixel % 5], 1.0, 1.0, 1.0)]).collect();
+    let second = (0..64).map(|pixel| Vec4::new(bad[pixel % 5], 1.0, 1.0, 1.0));
+    let samples: Vec<Vec4> = std::iter::repeat_n(Vec4::ONE, 64).chain(second).collect();
     let params = Params {
         tile_width: 8,
         tile_height: 8,
         samples: 2,
-        round: 2,
+        group_step: 1,
         units: 1,
-        blocks: 1,
         spectra_stride: stride,
         ..Params::default()
     };
-    // One unit: both samples of the one block.
-    let units = gpu.table("units", &[UVec4::new(0, 0, 2 | 2 << 16, 0)]).unwrap();
+    // One unit, both samples of the one block, and a group of it.
+    let units = gpu.table("units", &[UVec4::new(0, 0, 2 | 2 << 16 | 2 << 24, 0), UVec4::new(0, 1, 0, 2)]).unwrap();
     let uniforms = gpu.uniform("params", std::mem::size_of::<Params>() as u64);
     gpu.write(&uniforms, &[params]);
     let counters = gpu.empty_storage("counters", 4 * COUNTERS as u64).unwrap();
@@ -120,6 +120,37 @@ fn paths_into_more_volumes_than_they_can_keep_are_counted() {
     assert_eq!(nested(4).dropped(), 0);
     let crowded = nested(5);
     assert!(crowded.dropped_crowded > 0 && crowded.dropped() == crowded.dropped_crowded, "{crowded:?}");
+}
+
+#[test]
+fn invocations_take_as_many_samples_as_their_rays_allow() {
+    // A lamp in a room of grey walls, and a room of perfect mirrors within it, in which all paths are as long as may be.
+    let scene = |mirrors: bool| {
+        let lamp = json!({"disc": {"center": [0, 3, 0], "normal": [0, -1, 0], "radius": 1}, "emission": {"radiance": 1}});
+        let room = json!({"box": {"min": [-2.5, 0.5, -2.5], "max": [2.5, 3.5, 4.5]}, "material": "mirror"});
+        scene_of(json!({
+            "max_depth": 64,
+            "film": {"width": 128, "height": 128, "bins": 4},
+            "materials": {"mirror": {"conductor": {"reflectance": 1.0}}},
+            "shapes": if mirrors { json!([room]) } else { json!([lamp]) },
+        }))
+    };
+    let rays = |mirrors: bool| -> Vec<u64> {
+        let scene = scene(mirrors);
+        let (mut integrator, mut film) = (GpuIntegrator::new(&scene, None, 1).unwrap(), abbe::film::Film::new(&scene.film));
+        let batch = |i: u32| {
+            let stats = integrator.render_batch(i, 16, &mut film).unwrap();
+            assert_eq!(stats.unfinished, 0, "{stats:?}");
+            stats.most_rays
+        };
+        (0..3).map(batch).collect()
+    };
+    let few = rays(false);
+    // About 512, given that not all rounds are alike; twice as many at up to 65 turns of loops each would end the shader.
+    assert!(few[0] < 250 && few[1..].iter().all(|&n| 2 * n > 3 * few[0] && n < 1000), "{few:?}");
+    // 16 samples of 65 rays, as before anything was known.
+    let many = rays(true);
+    assert!(many.iter().all(|&n| n == many[0] && n > 512), "{many:?}");
 }
 
 #[test]

@@ -39,7 +39,8 @@ fn render_batches(scene: &Scene, seed: u64, batches: u32, spp: u32, most_groups:
     for batch in 0..batches {
         stats += integrator.render_batch(batch, spp, &mut film).unwrap();
     }
-    (stats.camera_time, stats.light_time, stats.longest_dispatch) = Default::default();
+    // What an invocation has depends on its share.
+    (stats.camera_time, stats.light_time, stats.longest_dispatch, stats.most_rays) = Default::default();
     ((0..film.pixels()).flat_map(|p| film.pixel(p).iter().map(|v| v.to_bits()).collect::<Vec<_>>()).collect(), stats)
 }
 
