@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::film::Film;
 use crate::integrator::GpuIntegrator;
 use crate::integrator::{Plan, Techniques};
-use crate::render::Integrator;
+use crate::render::{BatchStats, Integrator};
 use crate::scene::LoadOptions;
 use serde_json::{Value, json};
 
@@ -21,12 +21,14 @@ const LIGHT_SIZES: [(u32, u32); 3] = [(512, 512), (1024, 1024), (2048, 2048)];
 const LEAST_RATIO: f64 = 0.9;
 /// Light paths for each camera path, the same for all sizes.
 const LIGHT_PATHS: f64 = 0.25;
-/// Samples of a measurement, of all pixels together, at least.
+/// Samples of a measurement, of all pixels together, at least; one of each pixel to a batch, at every size, since the film is updated once for a pixel's samples
+/// of a batch.
 const SAMPLES: u64 = 1 << 22;
 
 /// Measures all sizes.
 pub fn run(args: &Args, report: &mut Report) -> Result<()> {
-    let camera = Techniques { light_paths: false, gathering: false, guiding: false, ..Techniques::default() };
+    let camera =
+        Techniques { light_paths: false, gathering: false, guiding: false, adaptive_sampling: false, ..Techniques::default() };
     let mut first: Option<Value> = None;
     for size in CAMERA_SIZES {
         let row = measure(args, &Value::Null, size, camera)?;
@@ -69,11 +71,17 @@ fn measure(args: &Args, more: &Value, size: (u32, u32), techniques: Techniques) 
     let mut integrator = GpuIntegrator::with_plan(&scene, args.device.as_deref(), args.seed, Plan::new(&scene, techniques))?;
     integrator.set_light_paths(LIGHT_PATHS);
     let mut film = Film::try_new(&scene.film)?;
-    let spp = SAMPLES.div_ceil(film.pixels() as u64) as u32;
+    let batches = SAMPLES.div_ceil(film.pixels() as u64) as u32;
     // Dispatches find their size meanwhile.
     integrator.render_batch(0, 1, &mut film)?;
     let clock = Clock::start();
-    let stats = if interrupt::requested() { Default::default() } else { integrator.render_batch(1, spp, &mut film)? };
+    let mut stats = BatchStats::default();
+    for batch in 1..=batches {
+        if interrupt::requested() {
+            break;
+        }
+        stats += integrator.render_batch(batch, 1, &mut film)?;
+    }
     let spent = clock.spent();
     Ok(json!({
         "case": format!("{}x{}", size.0, size.1),
