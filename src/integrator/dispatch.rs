@@ -49,15 +49,19 @@ impl Job<'_> {
     /// Runs so many workgroups of `pass`, up to `limit` of them in a dispatch, in dispatches of about the time that one should take. Returns the counts
     /// and the time spent in dispatches.
     pub(super) fn run(&self, pass: &mut Pass, groups: u32, limit: u32) -> Result<(BatchStats, Counts, Duration)> {
-        let (limit, time_of_one) =
-            (pass.limit.min(limit).max(1), if self.gpu.info.is_cpu() { DISPATCH_TIME_CPU } else { DISPATCH_TIME });
+        let limit = pass.limit.min(limit).max(1);
+        let is_cpu = self.gpu.info.is_cpu();
+        let time_of_one = if is_cpu { DISPATCH_TIME_CPU } else { DISPATCH_TIME };
         let bindings = pass.kernels.iter().map(|k| k.bind(self.gpu, self.resources)).collect::<Result<Vec<_>>>()?;
         let (mut stats, mut counts, mut time) = (BatchStats::default(), Counts::default(), Duration::ZERO);
         let mut first = 0;
         while first < groups {
             let asked = pass.groups.min(limit);
             let now = asked.min(groups - first);
-            self.gpu.write(self.uniforms, &[Params { first_group: first, group_step: step(now), ..self.params }]);
+            self.gpu.write(
+                self.uniforms,
+                &[Params { first_group: first, group_step: if is_cpu { step(now) } else { 1 }, ..self.params }],
+            );
             self.gpu.write(self.counters, &[0u32; COUNTERS]);
             let start = Instant::now();
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
