@@ -69,6 +69,8 @@ pub struct GpuIntegrator {
     sample_bounds: (u32, u32),
     /// Most samples that an invocation takes, of one pixel or several.
     most_samples: u32,
+    /// How many may be, by what is known from this batch.
+    fitting: u32,
     /// Samples of 8 x 8 pixels that there is room for in `samples`.
     sample_places: u32,
 }
@@ -158,6 +160,7 @@ impl GpuIntegrator {
             passes,
             sample_bounds: (passes, MOST_SAMPLES),
             most_samples: passes,
+            fitting: u32::MAX,
             sample_places,
         })
     }
@@ -313,10 +316,12 @@ impl GpuIntegrator {
             // A group has one unit at least, of a sample in every pass at most.
             let limit = self.sample_places / self.most_samples.max(count);
             let (camera, camera_counts, camera_time) = job.run(&mut self.camera, groups.len() as u32, limit)?;
+            self.fitting = self.fitting.min(fitting(groups.iter().map(|g| g.w).max().unwrap_or(1), camera.most_rays));
             stats += BatchStats { camera_rays: camera.rays, camera_time, camera_counts, ..camera };
             if let Some(light) = &mut self.light {
                 let groups = (light_units * count).div_ceil(params.light_units);
                 let (light, light_counts, light_time) = job.run(light, groups, u32::MAX)?;
+                self.fitting = self.fitting.min(fitting(params.light_units, light.most_rays));
                 stats += BatchStats { light_time, light_counts, ..light };
             }
             summed += count;
@@ -374,13 +379,6 @@ impl GpuIntegrator {
             counts.end_round();
         }
         windows
-    }
-
-    /// Has invocations take as many samples as may be, by the most rays that one had.
-    fn adapt_samples(&mut self, most_rays: u64) {
-        let (least, most) = self.sample_bounds;
-        let fit = u64::from(self.most_samples) * RAYS_OF_INVOCATION / most_rays.max(1);
-        self.most_samples = (fit.min(u64::from(most)) as u32).max(least);
     }
 
     pub(super) fn pixels(&self) -> f64 {
@@ -445,7 +443,8 @@ impl Integrator for GpuIntegrator {
             stats += traced.stats;
         }
         self.adaptive.iter_mut().for_each(Adaptive::settle);
-        self.adapt_samples(stats.most_rays);
+        let (least, most) = self.sample_bounds;
+        self.most_samples = std::mem::replace(&mut self.fitting, u32::MAX).clamp(least, most.max(least));
         Ok(stats)
     }
 }
@@ -470,6 +469,11 @@ impl Renderer for GpuIntegrator {
         let tiles = tiles(gpu, plan, params.image_width, params.image_height);
         first_hits::run(gpu, pass, &tiles, &resources, (&self.uniforms, &self.counters), params)
     }
+}
+
+/// How many samples an invocation may take, if one that took `samples` had `rays`.
+fn fitting(samples: u32, rays: u64) -> u32 {
+    u32::try_from(u64::from(samples) * RAYS_OF_INVOCATION / rays.max(1)).unwrap_or(u32::MAX)
 }
 
 /// Every block has one sample in every pass.

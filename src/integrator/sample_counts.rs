@@ -20,6 +20,7 @@ pub(super) struct SampleCounts {
 
 /// A window of passes as the shaders read it.
 pub(super) struct Window {
+    /// How many there are.
     pub(super) passes: u32,
     /// Samples of a block in passes in a row, each: samples of all units before; number of the first one within the batch; how many there are, pass of the
     /// first one, passes of the round and samples of the block in it (8 bits each); block.

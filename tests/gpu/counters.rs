@@ -145,6 +145,13 @@ fn invocations_take_as_many_samples_as_their_rays_allow() {
         };
         (0..3).map(batch).collect()
     };
+    // Nor do short batches, of which an invocation has four samples, tell of more than they had.
+    let deep = scene(true);
+    let (mut integrator, mut film) = (GpuIntegrator::new(&deep, None, 1).unwrap(), abbe::film::Film::new(&deep.film));
+    for (i, spp) in [1, 1, 1, 16].into_iter().enumerate() {
+        let stats = integrator.render_batch(i as u32, spp, &mut film).unwrap();
+        assert!(stats.unfinished == 0 && stats.most_rays <= 16 * 66, "batch {i}: {stats:?}");
+    }
     let few = rays(false);
     // About 512, given that not all rounds are alike; twice as many at up to 65 turns of loops each would end the shader.
     assert!(few[0] < 250 && few[1..].iter().all(|&n| 2 * n > 3 * few[0] && n < 1000), "{few:?}");
