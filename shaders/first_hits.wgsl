@@ -4,7 +4,7 @@
 #include "common/sampler.wgsl"
 #include "common/bindings.wgsl"
 
-@group(0) @binding(5) var albedos: Table; // of every material: colour, and the share of rays that it stops
+@group(0) @binding(5) var albedos: Table<vec4f>; // of every material: colour, and the share of rays that it stops
 @group(0) @binding(14) var<storage, read_write> first_hits: array<vec4f>; // per pixel: sum of normals and depths; of albedos, and their number
 
 // start_ray fills these.
@@ -27,7 +27,7 @@ struct FirstHit {
 }
 
 fn albedo_of(material: u32) -> vec4f {
-    return bitcast<vec4f>(fetch(albedos, material));
+    return load_albedos(material);
 }
 
 // Whether a surface of this material stops the ray at hand: boundaries do not, mixtures with them sometimes.
@@ -53,7 +53,7 @@ fn first_hit(start: Ray) -> FirstHit {
         var index = material_of(hit.primitive);
         var is_there = stops(index);
 #if INTERIORS
-        let interior = material_at(index).interior;
+        let interior = load_Material(index).interior;
         if (interior != NONE) {
             let sides = cross_surface(inside, ray, s, interior, hit);
             is_there = is_there && ruling_rank(sides.here) != ruling_rank(sides.beyond);
@@ -62,7 +62,7 @@ fn first_hit(start: Ray) -> FirstHit {
             if (hit.contact != NONE) {
                 // Of a volume's surface and another that touches it, the other is seen.
                 let other = material_of(hit.contact);
-                if (material_at(other).interior == NONE && stops(other)) {
+                if (load_Material(other).interior == NONE && stops(other)) {
                     index = other;
                     is_there = true;
                 }

@@ -33,7 +33,7 @@ fn begin_path(unit: u32, units_of_pass: u32, local: u32) -> Ray {
     let sample = params.first_sample + pass_of_path;
     // One sequence over all paths of the batch: 0xffffffff is no pixel.
     start_sampler(0xffffffffu, params.batch, params.seed, sample * params.light_paths + index);
-    pass_base = pass_of_path * params.spectra_stride;
+    begin_pass(pass_of_path);
     return emit();
 }
 

@@ -67,7 +67,7 @@ fn look_through_coat(m: Material, mu: f32) {
 
 // Fills coat_share with what is scattered at cosine `mu` and gets out of the coat, if there is one.
 fn look_out_of_coat(mu: f32) {
-    look_through_coat(material_at(select(coat, 0u, coat == NONE)), mu);
+    look_through_coat(load_Material(select(coat, 0u, coat == NONE)), mu);
 }
 
 // A factor on what is under the coat, if there is one.
@@ -98,7 +98,7 @@ fn go_under_coat(index: u32) {
 
 // Decides between the coat's own reflection (true) and what is under it, for a path that arrives at cosine `mu`: puts the share that goes there into beta.
 fn choose_coat(mu: f32, u: f32) -> bool {
-    let m = material_at(coat);
+    let m = load_Material(coat);
     look_at_coat(m);
     look_through_coat(m, mu);
     coat_entered = coat_share;

@@ -23,7 +23,7 @@ fn sheen_transmittance(m: Material, mu: f32) -> f32 {
 
 // A factor on what is scattered at cosine `mu` under the sheen `index` of which the path entered with the share `entered`, if there is one.
 fn out_of_sheen(index: u32, entered: f32, mu: f32) -> f32 {
-    let share = sheen_transmittance(material_at(select(index, 0u, index == NONE)), mu);
+    let share = sheen_transmittance(load_Material(select(index, 0u, index == NONE)), mu);
     return select(min(share / max(entered, 1e-6), 1.0), 1.0, index == NONE);
 }
 
@@ -35,7 +35,7 @@ fn go_under_sheen(index: u32) {
 
 // Decides between the sheen's own reflection (true) and what is under it, for a path that arrives at cosine `mu`: puts the share that goes there into beta.
 fn choose_sheen(mu: f32, u: f32) -> bool {
-    let m = material_at(sheen);
+    let m = load_Material(sheen);
     sheen_entered = sheen_transmittance(m, mu);
     var carried = vec4f(0.0);
     var reflected = vec4f(0.0);

@@ -26,7 +26,7 @@ fn color_of(m: Material, k: u32) -> vec4f {
 // Index of what a metal or coat lies in; its own is relative to that.
 fn index_outside(k: u32) -> vec4f {
 #if INTERIORS
-    return spectrum(interior_at(ruling_interior(inside)).eta_row, k);
+    return spectrum(load_Interior(ruling_interior(inside)).eta_row, k);
 #else
     return vec4f(1.0);
 #endif
@@ -36,7 +36,7 @@ fn index_outside(k: u32) -> vec4f {
 fn index_around_metal(k: u32) -> vec4f {
 #if COAT
     if (coat != NONE) {
-        return spectrum(material_at(coat).a, k);
+        return spectrum(load_Material(coat).a, k);
     }
 #endif
     return index_outside(k);

@@ -49,8 +49,8 @@ fn share_a_corner(a: u32, b: u32) -> bool {
 
 // True for primitives that may bound the same volume, or are of the same material.
 fn are_alike(a: u32, b: u32) -> bool {
-    let interior = material_at(material_of(a)).interior;
-    return material_of(a) == material_of(b) || (interior != NONE && interior == material_at(material_of(b)).interior);
+    let interior = load_Material(material_of(a)).interior;
+    return material_of(a) == material_of(b) || (interior != NONE && interior == load_Material(material_of(b)).interior);
 }
 
 // Finds what lies beside the ray that leaves `hit`, at which `ray` arrives. Only a surface that lies in the one met remains its contact. Of neighbours in

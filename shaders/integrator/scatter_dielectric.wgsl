@@ -23,7 +23,7 @@ fn parting_density(lane: u32) -> f32 {
     var own = vec4f(0.0);
     var carried = vec4f(0.0);
     for (var k = 0u; k < LANES4; k++) {
-        let share = bitcast<vec4f>(fetch(spectra, pass_base + params.spectra_stride - 3u - LANES4 + k));
+        let share = spectrum(ROW_COLLAPSE, k);
         own += share * one_hot(lane, k);
         carried += select(vec4f(0.0), share, beta[k] > vec4f(0.0));
     }
@@ -39,11 +39,11 @@ fn parting_density(lane: u32) -> f32 {
 fn part_wavelengths() -> u32 {
     let total = sum_beta();
 #if CAMERA_PATHS || GATHERED
-    let lanes = fetch(spectra, pass_base + params.spectra_stride - 3u);
+    let lanes = pass_head().collapse;
 #endif
 #if CAMERA_PATHS
     // 1 / (4 times the probability of the lane): the sum over a lane is 1 in the mean of all passes.
-    let weights = bitcast<vec4f>(fetch(spectra, pass_base + params.spectra_stride - 2u));
+    let weights = pass_head().collapse_weights;
     let choice = ((sampler_index & 1u) << 1u | ((sampler_index >> 1u) & 1u)) ^ (sampler_pixel & 3u);
     path.lane = u32(component(vec4f(lanes), choice));
     let weight = 4.0 * component(weights, choice);
@@ -97,8 +97,8 @@ fn interface_reflectance(m: Material, cos_i: f32, near_row: u32, far_row: u32, k
 fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, sides: Sides) -> Ray {
     let here = sides.here;
     let beyond = sides.beyond;
-    let near = interior_at(ruling_interior(here));
-    let far = interior_at(ruling_interior(beyond));
+    let near = load_Interior(ruling_interior(here));
+    let far = load_Interior(ruling_interior(beyond));
 #if FILM
     let is_bare = m.c == 0u;
 #else

@@ -34,8 +34,8 @@ fn safe_ratio(a: f32, b: f32) -> f32 {
 #if GATHERED
 // Radius of gathering for a camera path of this length.
 fn gather_radius(path_length: f32) -> f32 {
-    let r = bitcast<vec4f>(fetch(spectra, pass_base + params.spectra_stride - 1u));
-    return r.x + r.y * min(path_length, params.gather_reach);
+    let head = pass_head();
+    return head.merge_radius + head.merge_radius_per_metre * min(path_length, params.gather_reach);
 }
 
 // A of the density of gathering.

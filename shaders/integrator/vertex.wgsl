@@ -75,7 +75,7 @@ fn pass_through(ray: Ray, s: Surface) -> Ray {
 #if CAMERA_PATHS
 #if LIGHT_AREA
 fn add_emission(ray: Ray, s: Surface) {
-    let light = light_at(s.light);
+    let light = load_Light(s.light);
     let cos_theta = -dot(s.n, ray.d);
     if (emits_towards(light, cos_theta)) {
         var emission = 0.0;
@@ -105,7 +105,7 @@ fn scatters_diffusely(kind: u32) -> bool {
 #if NORMAL_MAPS
 // What lies under a map of normals, which turns the normal of `s`.
 fn unmap_normals(first: u32, s: ptr<function, Surface>) -> u32 {
-    let m = material_at(first);
+    let m = load_Material(first);
     if (m.kind != MATERIAL_KIND_NORMAL_MAPPED) {
         return first;
     }
@@ -126,7 +126,7 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool) -> u
     sheen = NONE;
 #endif
     for (var i = 0u; i < 12u; i++) {
-        let m = material_at(index);
+        let m = load_Material(index);
 #if NORMAL_MAPS
         if (m.kind == MATERIAL_KIND_NORMAL_MAPPED) {
             index = unmap_normals(index, s);
@@ -225,13 +225,13 @@ fn is_opaque(kind: u32) -> bool {
 #if GATHERS_PAINT
 // Whether a path that meets the material `index` may, by chance or by what touches it there, meet a diffuse surface.
 fn may_scatter_diffusely(index: u32, hit: Hit) -> bool {
-    let kind = material_at(index).kind;
+    let kind = load_Material(index).kind;
 #if CONTACT
     if (hit.contact != NONE && !is_opaque(kind)) {
-        var touching = material_at(material_of(hit.contact));
+        var touching = load_Material(material_of(hit.contact));
 #if NORMAL_MAPS
         if (touching.kind == MATERIAL_KIND_NORMAL_MAPPED) {
-            touching = material_at(touching.b);
+            touching = load_Material(touching.b);
         }
 #endif
         return scatters_diffusely(kind) || scatters_diffusely(touching.kind);
@@ -264,7 +264,7 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
     let t = fly(medium, hit.t);
 #if SCATTERING
     if (t >= 0.0) {
-        return scatter_in_medium(ray, t, interior_at(medium));
+        return scatter_in_medium(ray, t, load_Interior(medium));
     }
 #endif
 #endif
@@ -298,19 +298,19 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
     index = resolve_material(index, &s, false);
 #endif
 #if CONTACT
-    if (hit.contact != NONE && material_at(index).interior != NONE) {
+    if (hit.contact != NONE && load_Material(index).interior != NONE) {
         // An opaque surface that touches a volume's is what is seen there.
         var other = material_of(hit.contact);
 #if COMPOSITE
         var touching = surface_at(ray, at_contact(ray, hit));
         other = resolve_material(other, &touching, false);
 #endif
-        let is_seen = is_opaque(material_at(other).kind);
+        let is_seen = is_opaque(load_Material(other).kind);
         seen = select(seen, hit.contact, is_seen);
         index = select(index, other, is_seen);
     }
 #endif
-    let m = material_at(index);
+    let m = load_Material(index);
 #if INTERIORS
     if (m.interior != NONE) {
         let sides = cross_surface(inside, ray, s, m.interior, hit);
@@ -356,9 +356,9 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
 #if COMPOSITE
         index = resolve_material(index, &s, true);
 #endif
-        var m = material_at(index);
+        var m = load_Material(index);
 #if CONTACT
-        if (hit.contact != NONE && is_opaque(material_at(material_of(hit.contact)).kind)) {
+        if (hit.contact != NONE && is_opaque(load_Material(material_of(hit.contact)).kind)) {
             m.kind = MATERIAL_KIND_DIFFUSE;
             m.interior = NONE;
         }

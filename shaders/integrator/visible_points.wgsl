@@ -2,17 +2,15 @@
 // point in a hash grid; light paths of the same pass add to the pixels of all points around their vertices (progressive photon mapping the other way
 // round: Hachisuka et al. 2008, Knaus & Zwicker 2011). Sums are integers, so the order of a cell's list does not matter.
 //
-// A point takes 1 + POINT_STRIDE vectors: among the first ones, close together since searches go through many, its position and the next point of its
-// cell; behind all of those normal (in fog, direction of the ray) and radius; pixel, pass with depth and kind, asymmetry (on a surface the coat there plus
-// one), density of its joint to the sensor; where there is sheen, that there and what it let in; throughput per lane.
+// In the table come first the links of all points, close together since searches go through many; then of each point its VisiblePoint, where there is
+// sheen its PointSheen, and its throughput.
 #if SHEEN
-const POINT_HEAD = 3u;
+const POINT_HEAD = TEXELS_OF_VisiblePoint + TEXELS_OF_PointSheen;
 #else
-const POINT_HEAD = 2u;
+const POINT_HEAD = TEXELS_OF_VisiblePoint;
 #endif
 const POINT_STRIDE = POINT_HEAD + LANES4;
-const FOG_POINT = 0x80000000u;
-// Bits 0-7: pass, 8-15: lane of a path of one wavelength, else 255; 16-30: depth.
+const FOG_POINT = 0x80000000u; // of VisiblePoint.about
 
 // Cells are as wide as the largest kernel, so that a kernel reaches into no more than eight.
 fn cell_of(p: vec3f) -> vec3i {
@@ -31,7 +29,7 @@ fn rest_of_point(slot: u32) -> u32 {
 }
 
 #if CAMERA_PATHS
-@group(0) @binding(16) var points: WritableTable;
+@group(0) @binding(16) var points: WritableTable<vec4f, PointLink, VisiblePoint, PointSheen>;
 @group(0) @binding(17) var<storage, read_write> heads: array<atomic<u32>>;
 
 var<private> point_slot: u32; // where this path's point goes
@@ -40,20 +38,19 @@ var<private> point_slot: u32; // where this path's point goes
 fn leave_point(p: vec3f, n: vec3f, radius: f32, kind: u32, g: f32) {
     let at = rest_of_point(point_slot);
     let next = atomicExchange(&heads[cell_head(cell_of(p), pass_of_path)], point_slot + 1u);
-    textureStore(points, texel(point_slot), vec4u(bitcast<vec3u>(p), next));
-    textureStore(points, texel(at), bitcast<vec4u>(vec4f(n, radius)));
+    store_PointLink_at(point_slot, PointLink(p.x, p.y, p.z, next));
     let about = kind | min(path.depth, 0x7fffu) << 16u | min(path.lane, 255u) << 8u | pass_of_path;
-    textureStore(points, texel(at + 1u), vec4u(sampled_pixel, about, bitcast<u32>(g), bitcast<u32>(path.joins / f32(params.light_paths))));
+    store_VisiblePoint_at(at, VisiblePoint(vec4f(n, radius), sampled_pixel, about, bitcast<u32>(g), path.joins / f32(params.light_paths)));
 #if SHEEN
-    textureStore(points, texel(at + 2u), vec4u(select(sheen, NONE, kind == FOG_POINT), bitcast<u32>(sheen_entered), 0u, 0u));
+    store_PointSheen_at(at + TEXELS_OF_VisiblePoint, PointSheen(select(sheen, NONE, kind == FOG_POINT), sheen_entered, 0u, 0u));
 #endif
 }
 
 fn store_throughput(k: u32, throughput: vec4f) {
-    textureStore(points, texel(rest_of_point(point_slot) + POINT_HEAD + k), bitcast<vec4u>(throughput));
+    store_points(rest_of_point(point_slot) + POINT_HEAD + k, throughput);
 }
 #else
-@group(0) @binding(16) var points: Table;
+@group(0) @binding(16) var points: Table<vec4f, PointLink, VisiblePoint, PointSheen>;
 @group(0) @binding(17) var<storage, read> heads: array<u32>;
 
 // Adds this vertex, the path's of this number, to all points around it; normals are on the side that a surface is lit from.
@@ -76,23 +73,23 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
                 corner += 1u;
             }
             if (next != 0u) {
-                let place = fetch(points, next - 1u);
-                let to_point = bitcast<vec3f>(place.xyz) - v.p;
+                let link = load_PointLink(next - 1u);
+                let to_point = vec3f(link.x, link.y, link.z) - v.p;
                 found = select(NONE, next - 1u, dot(to_point, to_point) < reach * reach);
-                next = place.w;
+                next = link.next;
             }
         }
         if (found == NONE) {
             break;
         }
-        let place = bitcast<vec3f>(fetch(points, found).xyz);
+        let link = load_PointLink(found);
+        let place = vec3f(link.x, link.y, link.z);
         let to_point = place - v.p;
         let at = rest_of_point(found);
-        let sides = bitcast<vec4f>(fetch(points, at));
-        let radius = sides.w;
-        let pixel_about = fetch(points, at + 1u);
-        let about = pixel_about.y;
-        let coat_or_g = pixel_about.z;
+        let point = load_VisiblePoint_at(at);
+        let normal = point.normal.xyz;
+        let radius = point.normal.w;
+        let about = point.about;
         let lane = (about >> 8u) & 0xffu;
         // Another cell of the same head may hold the point, and have it looked at a second time.
         if (dot(to_point, to_point) > radius * radius || (about & 0xffu) != pass_index || any(cell_of(place) != cell)
@@ -108,36 +105,36 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         var factor = select(v.cos_from / max(abs(dot(ray.d, n)), 1e-20), 1.0, in_fog);
 #if SCATTERING
         if (in_fog) {
-            factor = phase_hg(-dot(sides.xyz, ray.d), bitcast<f32>(coat_or_g));
+            factor = phase_hg(-dot(normal, ray.d), bitcast<f32>(point.medium_or_coat));
             camera.reverse = factor;
         }
 #endif
-        if (!in_fog && (dot(sides.xyz, ns) < 0.9 || abs(dot(to_point, n)) > 0.2 * radius || dot(sides.xyz, ray.d) >= 0.0)) {
+        if (!in_fog && (dot(normal, ns) < 0.9 || abs(dot(to_point, n)) > 0.2 * radius || dot(normal, ray.d) >= 0.0)) {
             // Another surface, or its other side.
             continue;
         }
 #if SHEEN
-        let over = fetch(points, at + 2u);
-        factor *= out_of_sheen(over.x, bitcast<f32>(over.y), min(abs(dot(sides.xyz, ray.d)), 1.0));
+        let over = load_PointSheen_at(at + TEXELS_OF_VisiblePoint);
+        factor *= out_of_sheen(over.sheen, over.entered, min(abs(dot(normal, ray.d)), 1.0));
 #endif
         let measure = gather_measure(camera, radius);
         let gathered = path.emission * safe_ratio(measure * camera.cos_from, camera.reverse);
-        let others = camera_density_at(camera, number) + path.emission * bitcast<f32>(pixel_about.w);
+        let others = camera_density_at(camera, number) + path.emission * point.connection;
 #if COAT
-        let over_point = select(coat_or_g - 1u, NONE, in_fog);
-        let coat_there = material_at(select(over_point, 0u, over_point == NONE));
+        let over_point = select(point.medium_or_coat - 1u, NONE, in_fog);
+        let coat_there = load_Material(select(over_point, 0u, over_point == NONE));
         look_at_coat(coat_there);
-        look_through_coat(coat_there, min(abs(dot(sides.xyz, ray.d)), 1.0));
+        look_through_coat(coat_there, min(abs(dot(normal, ray.d)), 1.0));
 #endif
         let kernel = select(measure, measure / v.extinction, in_fog);
         let w = factor / (kernel * (1.0 + safe_ratio(others, gathered)));
         for (var k = 0u; k < LANES4; k++) {
-            pending[k] = w * beta[k] * bitcast<vec4f>(fetch(points, at + POINT_HEAD + k));
+            pending[k] = w * beta[k] * load_points(at + POINT_HEAD + k);
 #if COAT
             pending[k] *= select(coat_share[k], vec4f(1.0), over_point == NONE);
 #endif
         }
-        let pixel = pixel_about.x;
+        let pixel = point.pixel;
         splat_pixel = vec2u(pixel % params.image_width, pixel / params.image_width);
         splat(select(lane, path.lane, lane == 255u));
     }

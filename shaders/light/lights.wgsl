@@ -40,7 +40,7 @@ fn alias_entry(u: f32, count: u32) -> vec2f {
 fn choose_light(u: f32) -> u32 {
     let at = alias_entry(u, LIGHTS);
     let i = u32(at.x);
-    return select(light_at(i).alias_index, i, at.y < light_at(i).alias_threshold);
+    return select(load_Light(i).alias_index, i, at.y < load_Light(i).alias_threshold);
 }
 
 struct LightChoice {
@@ -59,18 +59,18 @@ fn choose_light_for(p: vec3f, u: f32) -> LightChoice {
         var left = u - NEAR_SHARE;
         var chosen = NEAR_LIGHTS;
         for (var i = NEAR_LIGHTS; i + 1u < LIGHTS; i++) {
-            let share = light_at(i).probability;
+            let share = load_Light(i).probability;
             if (chosen == i && left >= share) {
                 left -= share;
                 chosen = i + 1u;
             }
         }
-        return LightChoice(chosen, light_at(chosen).probability);
+        return LightChoice(chosen, load_Light(chosen).probability);
     }
     return choose_near_light(p, u / NEAR_SHARE);
 #else
     let index = choose_light(u);
-    return LightChoice(index, light_at(index).probability);
+    return LightChoice(index, load_Light(index).probability);
 #endif
 }
 
@@ -95,7 +95,7 @@ fn sphere_one_minus_cos(radius: f32, distance_squared: f32) -> f32 {
 #if LIGHT_AREA
 // pdf per solid angle at `p` of hitting light `index` at distance `t` with the normal `n` against direction `d`.
 fn pdf_area_light(index: u32, p: vec3f, t: f32, d: vec3f, n: vec3f) -> f32 {
-    let light = light_at(index);
+    let light = load_Light(index);
     let probability = probability_of_choice(light, index, p);
 #if LIGHT_SPHERE
     if (light.kind == LIGHT_KIND_SPHERE) {
@@ -280,7 +280,7 @@ fn intensity_along(light: Light, d: vec3f) -> f32 {
 // Light incident at `p`, from one light of the scene.
 fn sample_light(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     let choice = choose_light_for(p, u_choice);
-    var light = light_at(choice.index);
+    var light = load_Light(choice.index);
     light.probability = choice.probability;
     var s = sample_light_of(light, p, u);
 #if CAUSTICS

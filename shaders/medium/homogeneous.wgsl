@@ -18,7 +18,7 @@ fn has_medium(m: Interior) -> bool {
 #if CONNECT || LIGHT_PATHS
 // pending *= transmittance over `distance` in `interior`.
 fn attenuate_pending(interior: u32, distance: f32) {
-    let m = interior_at(interior);
+    let m = load_Interior(interior);
     if (has_medium(m)) {
         for (var k = 0u; k < LANES4; k++) {
             pending[k] *= exp(-distance * sigma_t(m, k));
@@ -52,7 +52,7 @@ fn sample_hg(d: vec3f, g: f32, u: vec2f) -> vec3f {
 // Free flight over at most `t_max`: multiplies beta by transmittance over the mixture pdf of its wavelengths (one-sample MIS over
 // wavelengths, Wilkie et al., "Hero wavelength spectral sampling", EGSR 2014). Returns the distance of a scattering event, or a negative number.
 fn fly(interior: u32, t_max: f32) -> f32 {
-    let m = interior_at(interior);
+    let m = load_Interior(interior);
     if (!has_medium(m)) {
         return -1.0;
     }

@@ -33,7 +33,7 @@ struct Sides {
 
 // Entering adds a volume, also one that is there already (two of a kind may overlap); leaving takes one away.
 fn cross_one(sides: Sides, interior: u32, enters: bool) -> Sides {
-    let rank = interior_at(interior).rank;
+    let rank = load_Interior(interior).rank;
     if (enters) {
         return Sides(sides.here, with_interior(sides.beyond, rank), sides.crowded || all(sides.beyond != vec4u(0u)));
     }
@@ -46,7 +46,7 @@ fn cross_surface(volumes: vec4u, ray: Ray, s: Surface, interior: u32, hit: Hit) 
     let sides = cross_one(Sides(volumes, volumes, false), interior, dot(ray.d, s.n) < 0.0);
 #if CONTACT
     if (hit.contact != NONE) {
-        let touched = material_at(material_of(hit.contact));
+        let touched = load_Material(material_of(hit.contact));
         if (touched.interior != NONE) {
             return cross_one(sides, touched.interior, dot(ray.d, surface_at(ray, at_contact(ray, hit)).n) < 0.0);
         }

@@ -11,6 +11,9 @@ use std::collections::BTreeMap;
 /// The shader's root file.
 const ROOT: &str = "develop.wgsl";
 
+/// What the shader can be asked for.
+pub const FEATURES: [&str; 6] = ["TONE_REINHARD", "TONE_ACES", "TONE_AGX", "GAMUT_MAP", "GAMUT_CLIP", "ENCODE"];
+
 /// Most pixels at a time: one dispatch of 16384 workgroups, few enough for any driver's watchdog.
 const STRIP: usize = 1 << 20;
 
@@ -56,15 +59,13 @@ fn setting(developer: &Developer, encode: bool) -> (String, BTreeMap<&'static st
         developer.map.wgsl(),
         developer.transfer.wgsl(),
     ];
-    let features = [
-        ("TONE_REINHARD", curve == "TONE_REINHARD"),
-        ("TONE_ACES", curve == "TONE_ACES"),
-        ("TONE_AGX", curve == "TONE_AGX"),
-        ("GAMUT_MAP", developer.gamut == Gamut::Map),
-        ("GAMUT_CLIP", developer.gamut == Gamut::Clip),
-        ("ENCODE", encode),
-    ];
-    (constants.concat(), features.into())
+    let gamut = match developer.gamut {
+        Gamut::Map => "GAMUT_MAP",
+        Gamut::Clip => "GAMUT_CLIP",
+        Gamut::Keep => "",
+    };
+    let is_on = |name| name == curve || name == gamut || (name == "ENCODE" && encode);
+    (constants.concat(), FEATURES.into_iter().map(|name| (name, is_on(name))).collect())
 }
 
 fn develop(gpu: &Gpu, developer: &Developer, encode: bool, xyz: &[[f32; 3]], mut take: impl FnMut(Vec<[f32; 3]>)) -> Result<()> {

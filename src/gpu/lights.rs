@@ -23,7 +23,7 @@ pub(super) struct Lights {
     /// Texels of the environment picture: coefficients and scale; threshold, alias, pdf per solid angle.
     pub environment: Vec<Vec4>,
     /// Profiles of lamps (shaders/light/profile.wgsl).
-    pub profiles: Vec<Vec4>,
+    pub profiles: Vec<[u32; 4]>,
     /// Index of the first distant light.
     pub first_distant: usize,
     /// What chooses among all others, if it pays.

@@ -16,10 +16,9 @@ use std::collections::HashMap;
 /// What one row of the per-pass spectral table holds.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SpectrumRow {
-    /// The film's weight for its bins: 1 / (pdf of the wavelength x bin width).
-    FilmBin,
-    /// The film's weight for X, Y or Z.
-    FilmXyz(usize),
+    /// A number of each wavelength sample, of [`layout::ROW_BIN`] and the others: the film's weights, 1 / (pdf of the wavelength x bin width) for bins;
+    /// the probability of the sample to be kept.
+    OfSample(u32),
     /// A spectrum.
     Spectrum(Spectrum),
     /// An index of refraction.
@@ -31,16 +30,20 @@ pub enum SpectrumRow {
 }
 
 impl SpectrumRow {
-    /// Value at `nm`; `weights` are the film's: bin, X, Y, Z.
-    pub fn eval(&self, nm: f64, weights: &[f64; 4]) -> f64 {
+    /// Value at `nm`; `of_sample` are the wavelength sample's own, in the order of the first rows.
+    pub fn eval(&self, nm: f64, of_sample: &[f64; 5]) -> f64 {
         match self {
-            SpectrumRow::FilmBin => weights[0],
-            SpectrumRow::FilmXyz(i) => weights[1 + i],
+            SpectrumRow::OfSample(i) => of_sample[*i as usize],
             SpectrumRow::Spectrum(s) => s.eval(nm),
             SpectrumRow::Ior(n) => n.eval(nm),
             SpectrumRow::UpsamplingCoordinate => (nm - 360.0) / 470.0,
             SpectrumRow::Waves(thickness) => thickness / nm,
         }
+    }
+
+    /// Stands for wavelength samples that only fill up the last vector, which carry no light. 1 keeps ratios of indices finite; none of them is kept.
+    pub fn padding(&self) -> f32 {
+        if *self == SpectrumRow::OfSample(layout::ROW_COLLAPSE) { 0.0 } else { 1.0 }
     }
 }
 
@@ -55,14 +58,14 @@ pub(super) struct Rows {
 impl Rows {
     fn new() -> Self {
         let mut rows = Rows { all: Vec::new(), known: HashMap::new() };
-        for row in [SpectrumRow::FilmBin, SpectrumRow::FilmXyz(0), SpectrumRow::FilmXyz(1), SpectrumRow::FilmXyz(2)] {
-            rows.add(row);
+        for i in [layout::ROW_BIN, layout::ROW_X, layout::ROW_Y, layout::ROW_Z, layout::ROW_COLLAPSE] {
+            assert_eq!(rows.add(SpectrumRow::OfSample(i)), i);
         }
         rows
     }
 
     pub(super) fn add(&mut self, row: SpectrumRow) -> u32 {
-        let key = [431.0, 547.0, 683.0].map(|nm| row.eval(nm, &[0.0, 1.0, 2.0, 3.0]).to_bits());
+        let key = [431.0, 547.0, 683.0].map(|nm| row.eval(nm, &[0.0, 1.0, 2.0, 3.0, 4.0]).to_bits());
         let alike = self.known.entry(key).or_default();
         if let Some(at) = alike.iter().find(|&&at| self.all[at as usize] == row) {
             return *at;

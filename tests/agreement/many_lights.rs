@@ -4,7 +4,7 @@
 
 use crate::compare::{BATCHES, Batches, agree, pairs};
 use crate::support::*;
-use abbe::integrator::{GpuIntegrator, Plan, Techniques};
+use abbe::integrator::{Feature, GpuIntegrator, Plan, Techniques};
 use abbe::scene::{Geometry, Light, Mesh, Scene};
 use glam::{DVec3, dvec3};
 use std::sync::Arc;
@@ -58,7 +58,7 @@ fn sheet() -> Scene {
 
 fn chosen_by_a_grid_or_by_power(name: &str, scene: &Scene) {
     let plan = Plan::new(scene, Techniques::default());
-    assert!(plan.has("LIGHT_GRID"));
+    assert!(plan.has(Feature::LightGrid));
     let render = |plan: Plan, seed: u64, spp: u32| {
         let mut integrator = GpuIntegrator::with_plan(scene, None, seed, plan).expect("an adapter for the scene");
         let mut batches = Batches::new(scene);

@@ -44,9 +44,10 @@ fn loaders_read_every_field_from_its_place() {
         // Floats between 1 and 2, so that none is denormal or NaN, all different.
         let table: Vec<u32> = (0..RECORDS * words).map(|i| 0x3f80_0000 + i as u32).collect();
         let mut source = prelude()
-            + "@group(0) @binding(0) var t: Table;\n@group(0) @binding(1) var<storage, read_write> out: array<u32>;\n"
+            + &with_tables(&format!("@group(0) @binding(0) var t: Table<{name}>;"))
+            + "@group(0) @binding(1) var<storage, read_write> out: array<u32>;\n"
             + "@compute @workgroup_size(1)\nfn main(@builtin(workgroup_id) group: vec3u) {\n";
-        source += &format!("    let r = load_{name}(t, group.x);\n    let base = group.x * {words}u;\n");
+        source += &format!("    let r = load_{name}(group.x);\n    let base = group.x * {words}u;\n");
         for (field, offset, count, float) in record(name).1 {
             for i in 0..count {
                 let component = if count == 1 { "" } else { [".x", ".y", ".z", ".w"][i] };
@@ -66,9 +67,10 @@ fn tables_of_many_rows_are_read_in_order() {
     let texels = layout::TABLE_WIDTH as usize * 2 + 64;
     let table: Vec<u32> = (0..4 * texels as u32).collect();
     let source = prelude()
-        + "@group(0) @binding(0) var t: Table;\n@group(0) @binding(1) var<storage, read_write> out: array<vec4u>;\n"
+        + &with_tables("@group(0) @binding(0) var t: Table<vec4u>;")
+        + "@group(0) @binding(1) var<storage, read_write> out: array<vec4u>;\n"
         + "@compute @workgroup_size(64)\nfn main(@builtin(global_invocation_id) id: vec3u) {\n"
-        + "    out[id.x] = fetch(t, id.x);\n}\n";
+        + "    out[id.x] = load_t(id.x);\n}\n";
     let t = gpu.table("numbers", &table).unwrap();
     assert_eq!(run_kernel(&gpu, source, &[("t", &t)], table.len(), texels as u32 / 64), table);
 }

@@ -1,11 +1,14 @@
 //! Samples that must not reach the film are dropped, each counted for what it is, and sums that cannot be held are not wrapped.
 
 use crate::support::*;
-use abbe::gpu::layout::{COUNTER_NEGATIVE, COUNTER_NOT_FINITE, COUNTER_SATURATED, COUNTER_UNFINISHED, COUNTERS, Params};
+use abbe::gpu::layout::{
+    COUNTER_NEGATIVE, COUNTER_NOT_FINITE, COUNTER_SATURATED, COUNTER_UNFINISHED, COUNTERS, Params, PassHead, WorkGroup, WorkItem,
+    texels,
+};
 use abbe::gpu::{Gpu, GpuScene, Kernel};
 use abbe::integrator::{GpuIntegrator, Plan, Techniques};
 use abbe::render::Integrator;
-use glam::{UVec4, Vec4};
+use glam::Vec4;
 use serde_json::json;
 
 /// The kernel that updates the film, given samples of which some are bad.
@@ -15,8 +18,8 @@ fn what_is_no_radiance_is_dropped_and_counted_by_its_cause() {
     let scene = scene_of(json!({"film": {"width": 8, "height": 8, "bins": 4}}));
     let (plan, uploaded) = (Plan::new(&scene, Techniques::default()), GpuScene::new(&gpu, &scene, true).unwrap());
     let constants = plan.constants() + &uploaded.constants + "const HEADS = 0u;\n";
-    let kernel = Kernel::new(&gpu, "update_film.wgsl", &constants, &plan.camera).unwrap();
-    let stride = uploaded.rows.len() as u32 + 3;
+    let kernel = Kernel::new(&gpu, "update_film.wgsl", &constants, &plan.camera.switches()).unwrap();
+    let stride = texels::<PassHead>() + uploaded.rows.len() as u32;
     // Two samples of each of 64 pixels: a good one, and one by what the pixel's number says. -3e38 stands for a sample that did not finish.
     let bad = [f32::NAN, 1e30, -1.0, -3.0e38, 2.0];
     let second = (0..64).map(|pixel| Vec4::new(bad[pixel % 5], 1.0, 1.0, 1.0));
@@ -26,12 +29,15 @@ fn what_is_no_radiance_is_dropped_and_counted_by_its_cause() {
         tile_height: 8,
         samples: 2,
         group_step: 1,
-        units: 1,
+        first_work_group: texels::<WorkItem>(),
         spectra_stride: stride,
         ..Params::default()
     };
     // One unit, both samples of the one block, and a group of it.
-    let units = gpu.table("units", &[UVec4::new(0, 0, 2 | 2 << 16 | 2 << 24, 0), UVec4::new(0, 1, 0, 2)]).unwrap();
+    let item = WorkItem { count: 2, weight: 1.0, ..Default::default() };
+    let group = WorkGroup { end: 1, samples: 2, ..Default::default() };
+    let work = [bytemuck::cast_slice::<_, u32>(&[item]), bytemuck::cast_slice(&[group])].concat();
+    let work = gpu.table("work items", &work).unwrap();
     let uniforms = gpu.uniform("params", std::mem::size_of::<Params>() as u64);
     gpu.write(&uniforms, &[params]);
     let counters = gpu.empty_storage("counters", 4 * COUNTERS as u64).unwrap();
@@ -45,7 +51,7 @@ fn what_is_no_radiance_is_dropped_and_counted_by_its_cause() {
         ("film", &film),
         ("spectra", &table),
         ("samples", &samples),
-        ("units", &units),
+        ("work", &work),
         ("lane_bins", &lane_bins),
     ];
     let bindings = kernel.bind(&gpu, &resources).unwrap();
@@ -68,7 +74,7 @@ fn what_is_no_radiance_is_dropped_and_counted_by_its_cause() {
 #[test]
 fn fixed_point_sums_stay_at_their_greatest_and_are_counted() {
     let gpu = Gpu::open(None).unwrap();
-    let file = shader_file("sensor/connect.wgsl", &Plan::new(&scene_of(json!({})), Techniques::default()).camera);
+    let file = shader_file("sensor/connect.wgsl", &Plan::new(&scene_of(json!({})), Techniques::default()).camera.switches());
     let function = file.split("fn add_quanta").nth(1).and_then(|rest| rest.split("\n}\n").next()).expect("the function");
     // Five times 2^62 in the first sum, four times less than a quantum in the second, 2^33 + 3 in the third.
     let source = format!(

@@ -13,17 +13,16 @@ fn trace(gpu: &Gpu, scene: &Scene, uploaded: &GpuScene, rays: &[[Vec3; 2]]) -> V
     let source = prelude()
         + &Plan::new(scene, Techniques::default()).constants()
         + &uploaded.constants
-        + "@group(0) @binding(0) var bvh: Table;
-        @group(0) @binding(1) var rays: Table;
-        @group(0) @binding(3) var<storage, read_write> out: array<f32>;\n"
-        + &shader_file("common/math.wgsl", &Plan::new(scene, Techniques::default()).camera)
-        + &shader_file("geometry/primitives.wgsl", &Plan::new(scene, Techniques::default()).camera)
-        + &shader_file("geometry/trace.wgsl", &Plan::new(scene, Techniques::default()).camera)
+        + &with_tables("@group(0) @binding(0) var bvh: Table<vec4u>;\n@group(0) @binding(1) var rays: Table<vec4f>;")
+        + "@group(0) @binding(3) var<storage, read_write> out: array<f32>;\n"
+        + &shader_file("common/math.wgsl", &Plan::new(scene, Techniques::default()).camera.switches())
+        + &shader_file("geometry/primitives.wgsl", &Plan::new(scene, Techniques::default()).camera.switches())
+        + &shader_file("geometry/trace.wgsl", &Plan::new(scene, Techniques::default()).camera.switches())
         + "@compute @workgroup_size(64)
         fn main(@builtin(global_invocation_id) id: vec3u) {
             var ray: Ray;
-            ray.o = bitcast<vec3f>(fetch(rays, 2u * id.x).xyz);
-            ray.d = bitcast<vec3f>(fetch(rays, 2u * id.x + 1u).xyz);
+            ray.o = load_rays(2u * id.x).xyz;
+            ray.d = load_rays(2u * id.x + 1u).xyz;
             ray.t_max = INFINITE;
             ray.from_primitive = NONE;
             ray.to_primitive = NONE;

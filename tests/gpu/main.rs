@@ -14,3 +14,4 @@ mod plan;
 mod precision;
 mod sampler;
 mod support;
+mod translation;

@@ -2,7 +2,7 @@
 
 use crate::support::*;
 use abbe::gpu::kernel_source;
-use abbe::integrator::{GpuIntegrator, Plan, Techniques};
+use abbe::integrator::{Feature, GpuIntegrator, Plan, Techniques};
 use abbe::scene::{Geometry, Instance, Scene};
 use glam::DAffine3;
 use serde_json::{Value, json};
@@ -10,15 +10,14 @@ use std::collections::{BTreeSet, HashSet};
 use wgpu::naga::{self, Function, Handle, Module, Statement};
 
 /// Names and texts of all kernels of a scene. Sizes of the scene, which upload finds, are stood in for.
-fn kernels(scene: &Scene) -> Vec<(&'static str, String)> {
+pub fn kernels(scene: &Scene) -> Vec<(&'static str, String)> {
     let plan = Plan::new(scene, Techniques::default());
     let constants = plan.constants()
         + "const BVH_STACK = 24u;\nconst LIGHTS = 3u;\nconst FIRST_DISTANT_LIGHT = 1u;\nconst ENVIRONMENT_LIGHT = 2u;\nconst TARGETS = 2u;\nconst HEADS = 1024u;\nconst POINTS = 512u;\nconst FIRST_UV = 8u;\nconst FIRST_INSTANCED = 1024u;\nconst FIRST_OWNER = 70u;\nconst NEAR_LIGHTS = 1u;\nconst NEAR_SHARE = 0.5;\nconst LIGHT_GRID_SIDE = 4u;\nconst LIGHT_ENTRIES = 1u;\nconst LIGHTS_OF_ENTRY = 2u;\nconst FIRST_LIGHT_IN_ORDER = 64u;\nconst SCENE_RAMP_LOW = vec3f(0.0);\nconst SCENE_RAMP_PER_METRE = vec3f(1.0);\nconst NEAR_RAMP_LOW = vec3f(0.0);\nconst NEAR_RAMP_PER_METRE = vec3f(2.0);\n";
-    let mut roots = vec![("camera_paths.wgsl", &plan.camera), ("update_film.wgsl", &plan.camera)];
-    let first_hits = plan.first_hits();
-    roots.push(("first_hits.wgsl", &first_hits));
-    roots.extend(plan.light.iter().map(|features| ("light_paths.wgsl", features)));
-    roots.into_iter().map(|(root, features)| (root, kernel_source(root, &constants, features).unwrap())).collect()
+    let mut roots =
+        vec![("camera_paths.wgsl", plan.camera), ("update_film.wgsl", plan.camera), ("first_hits.wgsl", plan.first_hits)];
+    roots.extend(plan.light.map(|features| ("light_paths.wgsl", features)));
+    roots.into_iter().map(|(root, features)| (root, kernel_source(root, &constants, &features.switches()).unwrap())).collect()
 }
 
 /// Choices of which a scene makes one each: (what it is called, what it adds to the scene).
@@ -160,8 +159,8 @@ fn kernels_of_all_combinations_are_valid_without_any_capability_and_bind_nothing
     let mut scenes = pairwise();
     let shared: Vec<_> = scenes.iter().step_by(4).cloned().map(with_instances).collect();
     scenes.extend(shared);
-    let has = |feature: &str| scenes.iter().any(|s| Plan::new(s, Techniques::default()).has(feature));
-    assert!(has("LIGHT_GRID") && has("INSTANCES"));
+    let has = |feature| scenes.iter().any(|s| Plan::new(s, Techniques::default()).has(feature));
+    assert!(has(Feature::LightGrid) && has(Feature::Instances));
     scenes.extend(shipped_scenes().into_iter().map(|(_, scene)| scene));
     let (mut seen, mut idle) = (BTreeSet::new(), BTreeSet::new());
     for scene in &scenes {
@@ -230,6 +229,18 @@ fn names(scene: &Scene) -> BTreeSet<String> {
         all.extend(module.global_variables.iter().filter(|(_, g)| g.binding.is_some()).filter_map(|(_, g)| g.name.clone()));
     }
     all
+}
+
+#[test]
+fn shaders_ask_for_declared_features_and_each_is_asked_for() {
+    let mut declared: BTreeSet<&str> = Feature::ALL.iter().map(|f| f.wgsl()).collect();
+    assert_eq!(declared.len(), Feature::ALL.len(), "two features have one name");
+    declared.extend(abbe::color::gpu::FEATURES);
+    let asked = abbe::gpu::shader::features_asked_for();
+    let unknown: Vec<_> = asked.iter().filter(|(name, _)| !declared.contains(*name)).collect();
+    assert!(unknown.is_empty(), "not declared: {unknown:?}");
+    let idle: Vec<_> = declared.iter().filter(|name| !asked.contains_key(*name)).collect();
+    assert!(idle.is_empty(), "no shader asks for {idle:?}");
 }
 
 #[test]

@@ -26,12 +26,11 @@ fn sweep() -> usize {
 /// Runs `body`, which reads `rows` texels from `2-dimensional` inputs as `a`, `b`, .. and assigns a vec4f to `result`, over all inputs.
 fn run(gpu: &Gpu, head: &str, body: &str, rows: usize, inputs: &[Vec4], more: &[(&str, &Resource)]) -> Vec<[f64; 4]> {
     let names = ["a", "b", "c", "d", "e"];
-    let reads: String =
-        (0..rows).map(|i| format!("let {} = bitcast<vec4f>(fetch(inputs, {rows}u * id.x + {i}u));\n", names[i])).collect();
+    let reads: String = (0..rows).map(|i| format!("let {} = load_inputs({rows}u * id.x + {i}u);\n", names[i])).collect();
+    let inputs_table = with_tables("@group(0) @binding(40) var inputs: Table<vec4f>;");
     let source = format!(
         "{head}
-        @group(0) @binding(40) var inputs: Table;
-        @group(0) @binding(41) var<storage, read_write> out: array<vec4f>;
+        {inputs_table}        @group(0) @binding(41) var<storage, read_write> out: array<vec4f>;
         @compute @workgroup_size(64)
         fn main(@builtin(global_invocation_id) id: vec3u) {{
             {reads}
@@ -87,7 +86,7 @@ fn close_to(random: &mut Random, near: f64) -> f64 {
 
 fn head(scattering: bool) -> String {
     let scene = scene_of(json!({}));
-    let mut features = Plan::new(&scene, Techniques::default()).camera;
+    let mut features = Plan::new(&scene, Techniques::default()).camera.switches();
     features.insert("CONDUCTOR", true);
     features.insert("SCATTERING", scattering);
     prelude() + &shader_file("common/math.wgsl", &features) + &shader_file("bsdf/fresnel.wgsl", &features)
@@ -159,7 +158,7 @@ fn films_reflect_what_they_do_in_double_precision() {
         })
         .collect();
     let body = "result = fresnel_film(a.x, vec4f(a.y), vec4f(a.z), vec4f(a.w), vec4f(b.x), vec4f(b.y));";
-    let features = Plan::new(&scene_of(json!({})), Techniques::default()).camera;
+    let features = Plan::new(&scene_of(json!({})), Techniques::default()).camera.switches();
     let head = head(false) + &shader_file("bsdf/film.wgsl", &features);
     let mut worst = 0.0f64;
     for (v, r) in inputs.chunks_exact(2).zip(run(&gpu, &head, body, 2, &inputs, &[])) {
@@ -231,7 +230,7 @@ fn the_phase_function_is_that_of_inputs_a_few_units_away() {
         })
         .collect();
     let scene = scene_of(json!({}));
-    let mut features = Plan::new(&scene, Techniques::default()).camera;
+    let mut features = Plan::new(&scene, Techniques::default()).camera.switches();
     features.insert("SCATTERING", true);
     // Of the file only the phase function: the rest needs a scene.
     let file = shader_file("medium/homogeneous.wgsl", &features);
@@ -249,13 +248,13 @@ fn the_phase_function_is_that_of_inputs_a_few_units_away() {
 fn intersections(gpu: &Gpu, call: &str, rows: usize, inputs: &[Vec4]) -> Vec<[f64; 4]> {
     let scene = scene_of(json!({"shapes": [{"sphere": {"center": [0, 1, 0], "radius": 0.1}, "material": "wall"}]}));
     let uploaded = GpuScene::new(gpu, &scene, true).unwrap();
-    let mut features = Plan::new(&scene, Techniques::default()).camera;
+    let mut features = Plan::new(&scene, Techniques::default()).camera.switches();
     features.insert("CONTACT", false);
     let head = prelude()
         + &Plan::new(&scene, Techniques::default()).constants()
         + &uploaded.constants
-        + "@group(0) @binding(0) var bvh: Table;
-\n" + &shader_file("common/math.wgsl", &features)
+        + &with_tables("@group(0) @binding(0) var bvh: Table<vec4u>;")
+        + &shader_file("common/math.wgsl", &features)
         + &shader_file("geometry/primitives.wgsl", &features)
         + &shader_file("geometry/trace.wgsl", &features);
     let body = format!(

@@ -74,7 +74,12 @@ pub fn validate(name: &str, source: &str) -> naga::Module {
 
 /// What stands before every kernel: shared numbers, records and their loaders.
 pub fn prelude() -> String {
-    format!("{}{}{}", layout::WGSL_CONSTANTS, layout::WGSL_RECORDS, layout::wgsl_loaders())
+    layout::wgsl_prelude()
+}
+
+/// WGSL whose tables are declared as in `shaders/`.
+pub fn with_tables(source: &str) -> String {
+    source.lines().map(|line| shader::declaration(line).unwrap() + "\n").collect()
 }
 
 /// Text of one file of `shaders/`, with what it includes.
