@@ -7,6 +7,8 @@
 pub mod bsdf;
 pub mod cli;
 pub mod color;
+pub mod compare;
+pub mod develop;
 pub mod error;
 pub mod film;
 pub mod geometry;
@@ -19,6 +21,7 @@ pub mod render;
 pub mod scene;
 pub mod spectrum;
 pub mod stage;
+pub mod stats;
 pub mod validate;
 
 pub use error::{Error, Result};

@@ -2,9 +2,9 @@
 
 use super::print::out;
 use super::{Done, Outcome, values};
+use crate::cli::plot::{Axis, Curve, Plot};
 use crate::color::cie::VISIBLE_NM;
 use crate::error::{Error, Result};
-use crate::output::plot::{Axis, Curve, Plot};
 use crate::output::{check_writable, write_text};
 use crate::scene::{quoted, suggest};
 use crate::spectrum::library::{glass, glass_head, glass_names};

@@ -15,6 +15,7 @@ mod info;
 mod interrupt;
 mod load;
 mod new;
+pub mod plot;
 mod print;
 mod probe;
 mod progress;

@@ -2,8 +2,9 @@
 
 use super::Plan;
 use crate::error::Result;
-use crate::geometry::bounds_of_all;
-use crate::gpu::{Gpu, Resource, targets};
+use crate::gpu::scene::targets;
+use crate::gpu::{Gpu, Resource};
+use crate::scene::bounds_of_all;
 use crate::scene::{Scene, Sensor};
 
 /// Bytes for the visible points that light paths are gathered at.

@@ -1,7 +1,7 @@
 //! What a scene needs, worked out before a shader is compiled: only that is in the pipeline.
 
 use crate::geometry::{Bounds, bounds};
-use crate::gpu::light_grid_pays;
+use crate::gpu::scene::light_grid_pays;
 use crate::scene::{Filter, Geometry, Light, Material, Mesh, Scene, Sensor, Shape};
 use crate::spectrum::Ior;
 use glam::DVec3;
@@ -229,7 +229,7 @@ impl Plan {
         }
     }
 
-    /// The same, and the passes count what they do ([`crate::render::Counts`]), which takes time of its own.
+    /// The same, and the passes count what they do ([`crate::stats::Counts`]), which takes time of its own.
     pub fn counted(mut self) -> Self {
         for features in std::iter::once(&mut self.camera).chain(&mut self.light) {
             features.insert("COUNTED", true);

@@ -2,7 +2,8 @@
 
 use crate::support::*;
 use abbe::gpu::layout::{COUNTER_NEGATIVE, COUNTER_NOT_FINITE, COUNTER_SATURATED, COUNTER_UNFINISHED, COUNTERS, Params};
-use abbe::gpu::{Gpu, GpuScene, Kernel};
+use abbe::gpu::scene::GpuScene;
+use abbe::gpu::{Gpu, Kernel};
 use abbe::integrator::{GpuIntegrator, Plan, Techniques};
 use abbe::render::Integrator;
 use glam::{UVec4, Vec4};
