@@ -23,7 +23,6 @@ pub use inside::initial_interiors;
 pub use json::keys;
 pub use json::lights::luminous_flux_lm;
 pub use json::load::{LoadOptions, load, load_str};
-pub(crate) use json::{quoted, suggest};
 pub use lamp::profile::{Profile, ProfileCell};
 pub(crate) use mesh::read as read_mesh;
 pub use sensor::{FilmSettings, Filter, Sensor, WavelengthSampling};

@@ -1,8 +1,8 @@
 //! The container of glTF 2.0 (Khronos 2021): .glb or .gltf, its buffers, and accessors into them. Every size is checked before it is believed.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted};
 use crate::scene::json::files::Files;
-use crate::scene::json::{Node, parse, quoted};
+use crate::scene::json::{Node, parse};
 use serde_json::Value;
 use std::path::Path;
 

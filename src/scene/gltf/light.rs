@@ -2,14 +2,14 @@
 //! `"lights": {"Spot": {"intensity": {"spectrum": {"file": "led.spd"}}, "profile": "lamp.ies"}}`.
 
 use crate::color::cie;
-use crate::error::Result;
+use crate::error::{Result, quoted, suggest};
 use crate::scene::Light;
 use crate::scene::gltf::file::item;
 use crate::scene::gltf::material::photometric;
 use crate::scene::json::lights::spot_solid_angle;
 use crate::scene::json::load::{Loader, frame};
 use crate::scene::json::units::Source;
-use crate::scene::json::{LARGEST_LENGTH, Node, quoted, suggest};
+use crate::scene::json::{LARGEST_LENGTH, Node};
 use crate::spectrum::library::Observer;
 use glam::{DMat3, DMat4, DVec3};
 use std::f64::consts::PI;

@@ -1,9 +1,9 @@
 //! `"override": {"Glass": {"dielectric": {"ior": "N-SF66"}}}`: other materials for those of a glTF file, by their names there.
 
-use crate::error::Result;
+use crate::error::{Result, quoted, suggest};
 use crate::scene::gltf::material::Look;
+use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
-use crate::scene::json::{Node, quoted, suggest};
 use crate::scene::{Geometry, Material};
 
 /// What replaces a glTF file's materials.

@@ -1,7 +1,7 @@
 //! Files that a scene names: found beside it, kept inside its folder, and read whole within limits.
 
-use crate::error::{Error, Result};
-use crate::scene::json::{Node, quoted};
+use crate::error::{Error, Result, quoted};
+use crate::scene::json::Node;
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};

@@ -1,12 +1,12 @@
 //! Materials, media and the volumes that dielectrics and boundaries enclose.
 
 use crate::bsdf::sheen::LEAST;
-use crate::error::Result;
+use crate::error::{Result, quoted, suggest};
 use crate::scene::grain::grain;
+use crate::scene::json::Node;
 use crate::scene::json::keys::MATERIALS;
 use crate::scene::json::load::Loader;
 use crate::scene::json::spectra::Place;
-use crate::scene::json::{Node, quoted, suggest};
 use crate::scene::{Film, Interior, Material};
 use crate::spectrum::{Ior, Spectrum, library};
 use std::collections::HashMap;

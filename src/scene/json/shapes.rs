@@ -1,15 +1,15 @@
 //! Shapes: geometry, material, emission and transform; groups of them, and instances of groups.
 
-use crate::error::Result;
+use crate::error::{Result, quoted, suggest};
 use crate::geometry::area;
 use crate::scene::gltf;
 use crate::scene::gltf::Included;
+use crate::scene::json::Node;
 use crate::scene::json::keys::GEOMETRIES;
 use crate::scene::json::load::{Loader, edges};
 use crate::scene::json::spectra::Place;
 use crate::scene::json::transform;
 use crate::scene::json::units::Source;
-use crate::scene::json::{Node, quoted, suggest};
 use crate::scene::mesh;
 use crate::scene::{Emission, Geometry, Material, Mesh, Shape};
 use crate::spectrum::Spectrum;

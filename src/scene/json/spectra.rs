@@ -1,10 +1,10 @@
 //! Spectra and indices of refraction as a scene writes them: a number, `[[nm, value], ...]`, or an object with one kind of source.
 
 use crate::color::upsample;
-use crate::error::Result;
+use crate::error::{Result, quoted, suggest};
+use crate::scene::json::Node;
 use crate::scene::json::files::Files;
 use crate::scene::json::keys::SPECTRA;
-use crate::scene::json::{Node, quoted, suggest};
 use crate::spectrum::{Ior, Spectrum, library};
 use serde_json::Value;
 

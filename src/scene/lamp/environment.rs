@@ -1,10 +1,10 @@
 //! Image environments: latitude-longitude pictures, their colours made into spectra.
 
 use crate::color::upsample;
-use crate::error::Result;
+use crate::error::{Result, quoted};
+use crate::scene::json::Node;
 use crate::scene::json::spectra::{Place, SpectrumReader};
 use crate::scene::json::transform;
-use crate::scene::json::{Node, quoted};
 use crate::scene::texture::picture;
 use crate::scene::{EnvironmentMap, Light};
 use glam::DMat3;

@@ -1,8 +1,8 @@
 //! Photometric files of lamps, ANSI/IES LM-63 (1986 to 2019): type C photometry without tilt, of every symmetry.
 
-use crate::error::Result;
+use crate::error::{Result, quoted};
+use crate::scene::json::Node;
 use crate::scene::json::spectra::SpectrumReader;
-use crate::scene::json::{Node, quoted};
 use crate::scene::lamp::profile::Profile;
 use std::f64::consts::PI;
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! Wavefront OBJ meshes: `v`, `vt`, `vn` and `f`; everything else (groups, materials) is passed over.
 
+use crate::error::quoted;
 use crate::scene::Mesh;
-use crate::scene::json::quoted;
 use crate::scene::json::transform::Flaw;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;

@@ -1,8 +1,8 @@
 //! PLY meshes (Turk 1994): ASCII and both binary orders; vertices with x, y, z and perhaps nx, ny, nz and s, t (or u, v), and faces of any number of corners.
 //! Whatever the header promises is held against the size of the file before room is made for it.
 
+use crate::error::quoted;
 use crate::scene::Mesh;
-use crate::scene::json::quoted;
 use crate::scene::json::transform::Flaw;
 use glam::{DVec2, DVec3};
 use std::str::SplitAsciiWhitespace;

@@ -1,10 +1,10 @@
 //! Pictures on surfaces, as a scene names them: `{"texture": "wood.jpg"}` where a reflectance, a share of a mixture or the radiance of a lamp stands.
 
 use crate::color::upsample;
-use crate::error::Result;
+use crate::error::{Result, quoted};
+use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
 use crate::scene::json::spectra::Place;
-use crate::scene::json::{Node, quoted};
 use crate::scene::texture::picture;
 use crate::scene::texture::{Image, ImageTexture, Texture, Wrap};
 use crate::spectrum::Spectrum;
