@@ -3,10 +3,12 @@
 //! data/colour.json holds direct sums at 1 nm over 380 to 780 nm inclusive, of tables linearly interpolated: where the tolerance is tight,
 //! the same sum is formed here; Abbe's own integral (exact, 360 to 830 nm) is held to the difference between standard methods.
 
-use abbe::color::{bins, cie, convert, lab};
+use abbe::color::upsample;
+use abbe::color::{bins, cie, convert};
+use abbe::compare::lab;
 use abbe::scene::Bins;
+use abbe::spectrum::Spectrum;
 use abbe::spectrum::library::{self, Observer};
-use abbe::spectrum::{Spectrum, upsample};
 use serde_json::Value;
 
 const OBSERVERS: [(Observer, &str); 2] = [(Observer::Cie1931, "2"), (Observer::Cie1964, "10")];

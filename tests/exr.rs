@@ -1,12 +1,12 @@
 //! The spectral EXR and the picture: what is written, what is read back, and what happens to damaged or interrupted files.
 
-use abbe::color::picture::Development;
+use abbe::develop::picture::Development;
 use abbe::film::Film;
 use abbe::output::exr::{Aovs, channel_name};
 use abbe::output::picture::Precision;
 use abbe::output::{Provenance, Quantity, SpectralImage, check_writable, replace_file, write_exr, write_picture};
-use abbe::render::BatchStats;
 use abbe::scene::{Bins, FilmSettings, Filter, WavelengthSampling};
+use abbe::stats::BatchStats;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

@@ -164,7 +164,7 @@ fn block_errors_hold_correlated_pixels() {
     /// All pixels of a batch share one random number: averaging over pixels gains nothing.
     struct Flicker(Random);
     impl abbe::render::Integrator for Flicker {
-        fn render_batch(&mut self, _: u32, spp: u32, film: &mut Film) -> abbe::Result<abbe::render::BatchStats> {
+        fn render_batch(&mut self, _: u32, spp: u32, film: &mut Film) -> abbe::Result<abbe::stats::BatchStats> {
             let value = self.0.next() * f64::from(spp);
             film.add_batch_f64(&vec![value; film.pixels() * film.channels()], spp);
             Ok(Default::default())

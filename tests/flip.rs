@@ -1,6 +1,6 @@
 //! FLIP against the authors' own evaluator (flip-evaluator 1.7, low dynamic range, 67.02 pixels per degree) on pictures made by formulas.
 
-use abbe::color::flip::{PIXELS_PER_DEGREE, flip};
+use abbe::compare::flip::{PIXELS_PER_DEGREE, flip};
 
 fn picture(width: usize, height: usize, k: f64) -> Vec<[f32; 3]> {
     let pixel = |p: usize| {

@@ -1,6 +1,6 @@
 //! The ColorChecker through the whole chain: a lamp, patches on the GPU, the film, the spectral EXR, and back to colours.
 
-use abbe::color::lab::{delta_e_2000, lab_of_xyz};
+use abbe::compare::lab::{delta_e_2000, lab_of_xyz};
 use abbe::film::Film;
 use abbe::integrator::GpuIntegrator;
 use abbe::output::exr::Aovs;

@@ -3,12 +3,12 @@
 use abbe::color::adapt::{self, Method, White};
 use abbe::color::cie::{self, xyz_of_xy};
 use abbe::color::convert;
-use abbe::color::gamut::Gamut;
-use abbe::color::lab::{delta_e_2000, lab_of_xyz};
-use abbe::color::oklab::{hue_degrees, oklab_of_xyz};
-use abbe::color::picture::{AUTO_SHARE, Developer, Development, Whole, auto_exposure};
 use abbe::color::space::{D65, Space};
-use abbe::color::tone::{Tone, ToneCurve};
+use abbe::compare::lab::{delta_e_2000, lab_of_xyz};
+use abbe::develop::gamut::Gamut;
+use abbe::develop::oklab::{hue_degrees, oklab_of_xyz};
+use abbe::develop::picture::{AUTO_SHARE, Developer, Development, Whole, auto_exposure};
+use abbe::develop::tone::{Tone, ToneCurve};
 use abbe::spectrum::library::{self, Observer};
 
 const SPACES: [Space; 4] = [Space::Srgb, Space::DisplayP3, Space::Rec2020, Space::AcesCg];

@@ -1,6 +1,6 @@
 //! Plots: what is drawn where, and what is left out.
 
-use abbe::output::plot::{Axis, Curve, Plot};
+use abbe::cli::plot::{Axis, Curve, Plot};
 
 fn axis(label: &str) -> Axis {
     Axis { label: label.to_string(), ..Axis::default() }
@@ -103,7 +103,7 @@ fn text_cannot_break_the_document() {
 
 #[test]
 fn panels_of_a_grid_stand_side_by_side_and_share_no_names() {
-    let svg = abbe::output::plot::grid(&[plot(&[(0.0, 1.0), (1.0, 2.0)]), plot(&[(5.0, 1.0), (6.0, 2.0)]), plot(&[])], 2);
+    let svg = abbe::cli::plot::grid(&[plot(&[(0.0, 1.0), (1.0, 2.0)]), plot(&[(5.0, 1.0), (6.0, 2.0)]), plot(&[])], 2);
     let starts: Vec<&str> = svg.lines().filter(|line| line.starts_with("<svg")).collect();
     assert!(starts[0].contains(r#"width="1600" height="960""#), "{}", starts[0]);
     for (panel, place) in starts[1..].iter().zip([r#"x="0" y="0""#, r#"x="800" y="0""#, r#"x="0" y="480""#]) {

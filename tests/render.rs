@@ -1,8 +1,9 @@
 //! The render loop: when it stops, and in what batches.
 
 use abbe::film::Film;
-use abbe::render::{BatchStats, Ended, Integrator, Progress, Stop, render};
+use abbe::render::{Ended, Integrator, Progress, Stop, render};
 use abbe::scene::{Bins, FilmSettings, Filter, WavelengthSampling};
+use abbe::stats::BatchStats;
 use abbe::{Error, Result};
 use std::ops::ControlFlow;
 use std::time::Duration;

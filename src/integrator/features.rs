@@ -3,7 +3,7 @@
 
 use super::Techniques;
 use crate::geometry::{Bounds, bounds};
-use crate::gpu::light_grid_pays;
+use crate::gpu::scene::light_grid_pays;
 use crate::scene::{Filter, Geometry, Interior, Light, Material, Mesh, Scene, Sensor, Shape};
 use crate::spectrum::Ior;
 use glam::DVec3;

@@ -2,9 +2,10 @@
 
 use super::{Feature, Plan};
 use crate::error::Result;
-use crate::geometry::bounds_of_all;
 use crate::gpu::layout::{PointLink, PointSheen, VisiblePoint, texels};
-use crate::gpu::{Gpu, Resource, targets};
+use crate::gpu::scene::targets;
+use crate::gpu::{Gpu, Resource};
+use crate::scene::bounds_of_all;
 use crate::scene::{Scene, Sensor};
 
 /// Bytes for the visible points that light paths are gathered at.

@@ -14,13 +14,15 @@ use crate::color::cie::K_M;
 use crate::error::Result;
 use crate::film::first_hits::{Albedo, FirstHits};
 use crate::film::{Film, Tile};
-use crate::geometry::bounds_of_all;
 use crate::gpu::layout::{COUNTERS, Params, PassHead, WorkItem, XYZ_RATIO, texels};
-use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, Resource, Timer};
-use crate::render::{BatchStats, Integrator, Renderer};
+use crate::gpu::scene::GpuScene;
+use crate::gpu::{AdapterInfo, Gpu, Kernel, Resource, Timer};
+use crate::render::{Integrator, Renderer};
+use crate::scene::bounds_of_all;
 use crate::scene::{Bins, Scene};
 use crate::spectrum::library::{Observer, observer};
 use crate::stage::{self, Stage};
+use crate::stats::BatchStats;
 use bytemuck::cast_slice;
 use glam::{UVec4, Vec4};
 

@@ -3,8 +3,8 @@
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::gpu::layout::Params;
-use crate::gpu::ranks;
-use crate::reference::initial_interiors;
+use crate::gpu::scene::ranks;
+use crate::scene::initial_interiors;
 use crate::scene::{Filter, Scene, Sensor};
 use glam::{DVec3, Vec4};
 use std::f64::consts::PI;

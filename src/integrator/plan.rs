@@ -72,7 +72,7 @@ impl Plan {
         }
     }
 
-    /// The same, and the passes count what they do ([`crate::render::Counts`]), which takes time of its own.
+    /// The same, and the passes count what they do ([`crate::stats::Counts`]), which takes time of its own.
     pub fn counted(mut self) -> Self {
         self.change(|f| f.with(Feature::Counted));
         self

@@ -1,13 +1,13 @@
 //! The backward estimator: paths from the sensor that count what light they happen to meet.
 
-use super::intersect::Hit;
 use super::material::Transport;
 use super::rng::Rng;
 use super::sensor::{on_surface, sample_view};
 use super::walk::{Lane, Observer, Path};
 use super::{Stage, finite};
-use crate::render::BatchStats;
+use crate::geometry::world::Hit;
 use crate::scene::Sensor;
+use crate::stats::BatchStats;
 
 /// Light met by one path.
 struct Met<'a> {

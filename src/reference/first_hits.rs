@@ -1,12 +1,13 @@
 //! What rays meet first, in double precision.
 
 use super::Stage;
-use super::interiors::{Crossing, MAX_STRAIGHT, cross, interior_of};
-use super::intersect::{Hit, Ray};
+use super::interiors::{Crossing, cross};
 use super::rng::Rng;
 use super::sensor::sample_view;
 use crate::film::first_hits::{Albedo, FirstHits, Sums};
+use crate::geometry::world::{Hit, Ray};
 use crate::scene::Material;
+use crate::scene::inside::{MAX_STRAIGHT, interior_of};
 use rayon::prelude::*;
 
 impl Stage {

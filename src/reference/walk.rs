@@ -2,8 +2,7 @@
 //! the wavelengths, one path for each of them. What an estimator records on the way is its [`Observer`]'s business.
 
 use super::Stage;
-use super::interiors::{Crossing, MAX_STRAIGHT, cross, ruling};
-use super::intersect::{Hit, Ray};
+use super::interiors::{Crossing, cross, ruling};
 use super::material::{Bsdf, Over, Surface, Transport, straight_share};
 use super::medium::Medium;
 use super::rng::Rng;
@@ -11,10 +10,12 @@ use crate::bsdf::coat::Coat;
 use crate::bsdf::fresnel::Metal;
 use crate::bsdf::phase;
 use crate::bsdf::sheen::Sheen;
-use crate::render::BatchStats;
+use crate::geometry::world::{Hit, Ray};
+use crate::scene::inside::MAX_STRAIGHT;
 use crate::scene::roughness::level_at;
 use crate::scene::{Film, Geometry, Grain, Material, direction_of_grain};
 use crate::spectrum::{Ior, Spectrum};
+use crate::stats::BatchStats;
 use glam::{DVec3, DVec4};
 
 /// Scattering events after which paths play Russian roulette.

@@ -2,12 +2,12 @@
 
 use crate::compare::{BATCHES, BLOCKS, Figure, Pair, agree};
 use crate::support::*;
+use abbe::color::upsample::reflectance_from_linear_srgb;
 use abbe::film::first_hits::{FirstHits, albedos};
 use abbe::integrator::GpuIntegrator;
 use abbe::reference::ReferenceIntegrator;
 use abbe::render::Renderer;
 use abbe::scene::*;
-use abbe::spectrum::upsample::reflectance_from_linear_srgb;
 use glam::{DVec3, dvec3};
 use std::sync::Arc;
 

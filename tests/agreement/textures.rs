@@ -1,9 +1,10 @@
 //! Scenes with pictures on surfaces: every way of wrapping and filtering, masks, blends, and lamps.
 
 use crate::support::*;
+use abbe::color::upsample;
 use abbe::scene::texture::{Image, ImageTexture, Wrap};
 use abbe::scene::{Geometry, Interior, Light, Material, Mesh, Scene, Texture};
-use abbe::spectrum::{Spectrum, upsample};
+use abbe::spectrum::Spectrum;
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use std::sync::Arc;
 

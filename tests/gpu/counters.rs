@@ -5,7 +5,8 @@ use abbe::gpu::layout::{
     COUNTER_NEGATIVE, COUNTER_NOT_FINITE, COUNTER_SATURATED, COUNTER_UNFINISHED, COUNTERS, Params, PassHead, WorkGroup, WorkItem,
     texels,
 };
-use abbe::gpu::{Gpu, GpuScene, Kernel};
+use abbe::gpu::scene::GpuScene;
+use abbe::gpu::{Gpu, Kernel};
 use abbe::integrator::{GpuIntegrator, Plan, Techniques};
 use abbe::render::Integrator;
 use glam::Vec4;

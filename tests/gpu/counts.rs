@@ -3,8 +3,9 @@
 use crate::support::*;
 use abbe::film::Film;
 use abbe::integrator::{GpuIntegrator, Plan, Techniques};
-use abbe::render::{BatchStats, Counts, Integrator};
+use abbe::render::Integrator;
 use abbe::scene::Scene;
+use abbe::stats::{BatchStats, Counts};
 use serde_json::{Value, json};
 use std::process::Command;
 

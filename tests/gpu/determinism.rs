@@ -5,8 +5,9 @@ use abbe::film::Film;
 use abbe::film::first_hits::albedos;
 use abbe::integrator::GpuIntegrator;
 use abbe::output::SpectralImage;
-use abbe::render::{BatchStats, Integrator, Renderer};
+use abbe::render::{Integrator, Renderer};
 use abbe::scene::Scene;
+use abbe::stats::BatchStats;
 use serde_json::json;
 use std::process::Command;
 

@@ -7,11 +7,11 @@
 use crate::support::*;
 use abbe::color::adapt::{Method, White};
 use abbe::color::cie::xyz_of_unit;
-use abbe::color::gamut::Gamut;
-use abbe::color::gpu;
-use abbe::color::picture::{Developer, Development, Whole};
 use abbe::color::space::Space;
-use abbe::color::tone::Tone;
+use abbe::develop::gamut::Gamut;
+use abbe::develop::gpu;
+use abbe::develop::picture::{Developer, Development, Whole};
+use abbe::develop::tone::Tone;
 use abbe::gpu::Gpu;
 use abbe::spectrum::library::{self, Observer};
 

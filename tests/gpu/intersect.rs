@@ -1,7 +1,8 @@
 //! The shaders' traversal and intersectors against double precision, and watertight meshes.
 
 use crate::support::*;
-use abbe::gpu::{Gpu, GpuScene, Resource};
+use abbe::gpu::scene::GpuScene;
+use abbe::gpu::{Gpu, Resource};
 use abbe::integrator::{Plan, Techniques};
 use abbe::scene::{Geometry, Instance, Mesh, Scene, Shape};
 use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4, dvec3};

@@ -235,7 +235,7 @@ fn names(scene: &Scene) -> BTreeSet<String> {
 fn shaders_ask_for_declared_features_and_each_is_asked_for() {
     let mut declared: BTreeSet<&str> = Feature::ALL.iter().map(|f| f.wgsl()).collect();
     assert_eq!(declared.len(), Feature::ALL.len(), "two features have one name");
-    declared.extend(abbe::color::gpu::FEATURES);
+    declared.extend(abbe::develop::gpu::FEATURES);
     let asked = abbe::gpu::shader::features_asked_for();
     let unknown: Vec<_> = asked.iter().filter(|(name, _)| !declared.contains(*name)).collect();
     assert!(unknown.is_empty(), "not declared: {unknown:?}");

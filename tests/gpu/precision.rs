@@ -9,7 +9,8 @@
 use crate::support::*;
 use abbe::bsdf::film::Stack;
 use abbe::bsdf::{fresnel, phase};
-use abbe::gpu::{Gpu, GpuScene, Resource};
+use abbe::gpu::scene::GpuScene;
+use abbe::gpu::{Gpu, Resource};
 use abbe::integrator::{Plan, Techniques};
 use glam::{DVec3, Vec3, Vec4, dvec3};
 use serde_json::json;

@@ -4,8 +4,9 @@ mod agree;
 mod support;
 
 use abbe::film::Film;
-use abbe::reference::{ReferenceIntegrator, initial_interiors};
+use abbe::reference::ReferenceIntegrator;
 use abbe::render::Integrator;
+use abbe::scene::initial_interiors;
 use abbe::scene::*;
 use abbe::spectrum::Ior;
 use glam::{DMat3, DVec3, dvec3};

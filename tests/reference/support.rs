@@ -1,6 +1,6 @@
 //! Small scenes, and what tells whether two estimates of a film agree.
 
-pub use abbe::output::difference::threshold;
+pub use abbe::compare::difference::threshold;
 
 use abbe::film::Film;
 use abbe::reference::ReferenceIntegrator;

@@ -15,7 +15,8 @@ mod random;
 
 use abbe::Error;
 use abbe::integrator::GpuIntegrator;
-use abbe::render::{BatchStats, Renderer};
+use abbe::render::Renderer;
+use abbe::stats::BatchStats;
 use abbe::validate::{FAMILY, Verdict, all};
 use std::collections::BTreeSet;
 use std::process::Command;

@@ -2,12 +2,13 @@
 //! light finds its way back, and what the greatest depth takes is counted.
 
 use crate::numbers::Random;
+use abbe::compare::difference::threshold;
 use abbe::film::Film;
 use abbe::integrator::{GpuIntegrator, Techniques};
-use abbe::output::difference::threshold;
 use abbe::reference::ReferenceIntegrator;
-use abbe::render::{BatchStats, Integrator};
+use abbe::render::Integrator;
 use abbe::scene::{Estimator, LoadOptions, Scene, load_str};
+use abbe::stats::BatchStats;
 use abbe::validate::figure::Figure;
 use serde_json::{Value, json};
 use std::path::Path;
