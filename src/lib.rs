@@ -2,7 +2,7 @@
 //!
 //! The way of the data, one direction only:
 //! scene file -> [`scene`] -> plan ([`integrator`]) -> [`gpu`] buffers -> passes -> [`film`] -> [`output`] (spectral EXR, picture).
-//! [`reference`] renders the same [`scene::Scene`] with two plain double-precision estimators that the GPU is held to.
+//! [`reference`](mod@reference) renders the same [`scene::Scene`] with two plain double-precision estimators that the GPU is held to.
 //!
 //! ```
 //! use abbe::film::Film;
@@ -51,7 +51,7 @@
 //! - [`output`]: files of spectra and pictures, written and read
 //! - [`compare`]: how far two measurements are apart
 //! - [`integrator`]: the GPU's passes, and the plan of what a scene needs of them
-//! - [`reference`]: two plain estimators in double precision
+//! - [`reference`](mod@reference): two plain estimators in double precision
 //! - [`validate`]: renders held to answers known from theory
 //! - `cli`: the `abbe` command, with the feature `cli`
 

@@ -109,7 +109,7 @@ pub enum Material {
         /// GGX width, 0 or in [0.001, 1].
         alpha: f64,
     },
-    /// A material whose roughness varies: of the two levels next to what the picture says, each in proportion ([`roughness`]).
+    /// A material whose roughness varies: of the two levels next to what the picture says, each in proportion ([`super::roughness`]).
     Graded {
         /// Index of the smoothest; the others follow it.
         first: usize,
