@@ -1,7 +1,12 @@
 //! The double-precision reference against known answers, and its two estimators against each other.
 
 mod agree;
-mod support;
+mod bsdf;
+mod estimates;
+#[path = "../support/random.rs"]
+mod random;
+#[path = "../support/scenes.rs"]
+mod scenes;
 
 use abbe::film::Film;
 use abbe::reference::ReferenceIntegrator;
@@ -9,10 +14,11 @@ use abbe::render::Integrator;
 use abbe::scene::initial_interiors;
 use abbe::scene::*;
 use abbe::spectrum::Ior;
+use estimates::*;
 use glam::{DMat3, DVec3, dvec3};
+use scenes::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
-use support::*;
 
 fn furnace(fill: impl Fn(&mut Scene)) -> Scene {
     let mut s = scene(4, 4, 3, orthographic(dvec3(0.0, 0.0, 5.0), DVec3::ZERO, 2.0));
