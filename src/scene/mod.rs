@@ -20,6 +20,7 @@ mod json;
 pub mod keys;
 mod lights;
 mod load;
+mod matched;
 mod materials;
 mod mesh;
 mod obj;
