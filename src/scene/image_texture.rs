@@ -3,7 +3,7 @@
 use super::json::{Node, quoted};
 use super::load::Loader;
 use super::picture;
-use super::spectra::Place;
+use super::spectra::{LIGHT, Place};
 use super::texture::{Image, ImageTexture, Texture, Wrap};
 use crate::error::Result;
 use crate::spectrum::{Spectrum, upsample};
@@ -55,6 +55,10 @@ impl Loader {
                 image
             }
         };
+        let brightest = image.texels.iter().map(|t| f64::from(t[3])).fold(0.0, f64::max);
+        if light && scale * brightest > *LIGHT.end() {
+            return Err(node.fail("a texel is too bright for single precision", "use a smaller \"scale\""));
+        }
         let white = if light { upsample::white() } else { Spectrum::Constant(1.0) };
         Ok(Some(Texture::Image(Arc::new(ImageTexture {
             image,

@@ -1,7 +1,7 @@
 //! Pictures read from files, and their colours made into spectra.
 
 use super::json::Node;
-use super::spectra::Place;
+use super::spectra::{LIGHT, Place};
 use super::texture::Image;
 use crate::error::Result;
 use crate::spectrum::upsample;
@@ -77,7 +77,8 @@ impl Picture {
                 Place::Light => coefficients(upsample::emission_texel(rgb)),
                 _ => coefficients(upsample::reflectance_texel(rgb)),
             });
-            (found.iter().all(|v| v.is_finite()) && (place == Place::Light || rgb.iter().all(|v| *v <= 1.0))).then_some(found)
+            let most = if place == Place::Light { *LIGHT.end() } else { 1.0 };
+            (found.iter().all(|v| v.is_finite()) && rgb.iter().all(|v| *v <= most)).then_some(found)
         };
         let texels = rgb.map(&mut texel).collect::<Option<Vec<_>>>()?;
         Some(Image { width: self.width, height: self.height, texels })
