@@ -36,6 +36,19 @@ fn stops(material: u32) -> bool {
     return share >= 1.0 || next_1d() < share;
 }
 
+#if INTERIORS
+// The material under a map of normals.
+fn bare_material(index: u32) -> Material {
+    let m = load_Material(index);
+#if NORMAL_MAPS
+    if (m.kind == MATERIAL_KIND_NORMAL_MAPPED) {
+        return load_Material(m.b);
+    }
+#endif
+    return m;
+}
+#endif
+
 fn first_hit(start: Ray) -> FirstHit {
     var ray = start;
 #if CONTACT
@@ -56,7 +69,7 @@ fn first_hit(start: Ray) -> FirstHit {
         let interior = load_Material(index).interior;
         if (interior != NONE) {
             let sides = cross_surface(inside, ray, s, interior, hit);
-            is_there = is_there && ruling_rank(sides.here) != ruling_rank(sides.beyond);
+            is_there = is_there && !is_invisible(bare_material(index), sides);
             inside = sides.beyond;
 #if CONTACT
             if (hit.contact != NONE) {

@@ -8,6 +8,8 @@ use std::time::Duration;
 pub struct BatchStats {
     /// Sensor samples (or emitted light paths, for a forward estimator).
     pub paths: u64,
+    /// Light paths beside them.
+    pub light_paths: u64,
     /// Rays traced, shadow rays included.
     pub rays: u64,
     /// Samples dropped because a value was NaN or infinite.
@@ -18,7 +20,7 @@ pub struct BatchStats {
     pub dropped_saturated: u64,
     /// Paths and shadow rays that ended on the GPU where more than four volumes overlap.
     pub dropped_crowded: u64,
-    /// Paths cut at the greatest depth.
+    /// Of `paths` and `light_paths`, those cut at the greatest depth.
     pub truncated: u64,
     /// Samples lost because a driver ended the shader's loops: software drivers bound their turns.
     pub unfinished: u64,
@@ -72,6 +74,7 @@ impl BatchStats {
 impl std::ops::AddAssign for BatchStats {
     fn add_assign(&mut self, b: Self) {
         self.paths += b.paths;
+        self.light_paths += b.light_paths;
         self.rays += b.rays;
         self.dropped_not_finite += b.dropped_not_finite;
         self.dropped_negative += b.dropped_negative;

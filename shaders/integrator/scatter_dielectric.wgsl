@@ -99,15 +99,6 @@ fn scatter_at_dielectric(ray: Ray, s: Surface, m: Material, sides: Sides) -> Ray
     let beyond = sides.beyond;
     let near = load_Interior(ruling_interior(here));
     let far = load_Interior(ruling_interior(beyond));
-#if FILM
-    let is_bare = m.c == 0u;
-#else
-    let is_bare = true;
-#endif
-    if (is_bare && near.eta_row == far.eta_row) {
-        inside = beyond;
-        return pass_through(ray, s);
-    }
     if (!count_event(s.p, true)) {
         return end_path(ray);
     }

@@ -317,7 +317,7 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
         if (is_crowded(sides)) {
             return end_path(ray);
         }
-        if (m.kind == MATERIAL_KIND_BOUNDARY || ruling_rank(sides.here) == ruling_rank(sides.beyond)) {
+        if (is_invisible(m, sides)) {
             inside = sides.beyond;
             return pass_through(ray, s);
         }
@@ -367,7 +367,7 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
 #if INTERIORS
         if (m.interior != NONE) {
             let sides = cross_surface(shadow_inside, ray, s, m.interior, hit);
-            absent = (absent || ruling_rank(sides.here) == ruling_rank(sides.beyond)) && !is_crowded(sides);
+            absent = is_invisible(m, sides) && !is_crowded(sides);
             shadow_inside = sides.beyond;
         }
 #endif

@@ -54,3 +54,19 @@ fn cross_surface(volumes: vec4u, ray: Ray, s: Surface, interior: u32, hit: Hit) 
 #endif
     return sides;
 }
+
+// Whether light of every kind goes straight on through a surface of material `m`: there is nothing, the same volume rules on both sides, or volumes of equal
+// index do (whose rows of the spectral table are one) and no film lies between.
+fn is_invisible(m: Material, sides: Sides) -> bool {
+    let here = ruling_rank(sides.here);
+    let beyond = ruling_rank(sides.beyond);
+    var invisible = m.kind == MATERIAL_KIND_BOUNDARY || here == beyond;
+#if DIELECTRIC
+    var is_bare = true;
+#if FILM
+    is_bare = m.kind != MATERIAL_KIND_SMOOTH_DIELECTRIC || m.c == 0u;
+#endif
+    invisible = invisible || (is_bare && load_Interior(here & 0xffffu).eta_row == load_Interior(beyond & 0xffffu).eta_row);
+#endif
+    return invisible;
+}

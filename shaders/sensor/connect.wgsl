@@ -43,8 +43,8 @@ fn splat(lane: u32) {
         atomicAdd(&counters[COUNTER_NOT_FINITE], 1u);
         return;
     }
-    // 2^62 quanta in one splat cannot be held: counted, not wrapped.
-    if (quanta > 0x1p+62) {
+    // 2^62 quanta in one splat cannot be held, nor sums of larger samples: counted, not wrapped.
+    if (quanta > 0x1p+62 || sum4(total) > LARGEST_SAMPLE) {
         atomicAdd(&counters[COUNTER_SATURATED], 1u);
         return;
     }

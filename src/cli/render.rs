@@ -252,7 +252,7 @@ impl Report<'_> {
             p.stats.unfinished,
             self.scene.max_depth,
             p.stats.truncated,
-            p.stats.paths
+            p.stats.paths + p.stats.light_paths
         ));
         if let Some((watts, lumens)) = self.flux() {
             lines.push(format!("total flux {watts:.6e} W, {lumens:.6e} lm"));
@@ -284,6 +284,7 @@ impl Report<'_> {
             "setup_seconds": self.setup.as_secs_f64(),
             "seconds": p.elapsed.as_secs_f64(),
             "paths": p.stats.paths,
+            "light_paths": p.stats.light_paths,
             "rays": p.stats.rays,
             "rays_per_second": p.rays_per_second,
             "relative_error": p.relative_error.is_finite().then_some(p.relative_error),

@@ -16,6 +16,9 @@ use super::Film;
 /// Sums over the pixels of a block, `N` times: 1, events per batch, mean, variance of the mean.
 type Sums = [f32; 4];
 
+/// 2^26 pixels of it have a sum in single precision.
+const LARGEST: f64 = 1e30;
+
 /// Weight of the surroundings, in batches, and what they have: mean and variance.
 #[derive(Debug, Clone, Copy)]
 struct Around {
@@ -92,7 +95,8 @@ impl<'a> Errors<'a> {
         let variance = self.film.variance(pixel, self.channel);
         let square = mean * mean + variance * (n - 1.0);
         let events = if square > 0.0 { n * (mean * mean / square) } else { 0.0 };
-        [n, events, n * mean, n * variance].map(|v| v as f32)
+        // Sums over all pixels of a film stay finite.
+        [n, events, n * mean, n * variance].map(|v| v.min(LARGEST) as f32)
     }
 }
 

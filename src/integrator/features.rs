@@ -149,7 +149,7 @@ features! {
     /// Surfaces that lie in each other.
     Contact "CONTACT" in Shapes as "surfaces in contact" if |n| volumes_touch(n.scene);
     /// Surfaces that a shadow ray may find not to be there.
-    PassThrough "PASS_THROUGH" in Shapes as "surfaces to pass through" if |n| n.has(Feature::Boundary) || volumes_overlap(n.scene);
+    PassThrough "PASS_THROUGH" in Shapes as "surfaces to pass through" if |n| n.has(Feature::Boundary) || volumes_overlap(n.scene) || indices_match(n.scene);
     /// Any light.
     LightsPresent "LIGHTS_PRESENT" if |n| !n.scene.lights.is_empty() || n.emitter(|_| true);
     /// Lights with a surface.
@@ -378,12 +378,29 @@ fn volumes_overlap(scene: &Scene) -> bool {
 
 /// True if the box of a volume comes so close to another shape's that their surfaces may touch.
 fn volumes_touch(scene: &Scene) -> bool {
-    let boxes = scene.shapes.iter().map(|s| {
-        let b = bounds(&s.geometry);
-        let slack = DVec3::splat(1e-5 * b.min.abs().max(b.max.abs()).max_element());
-        (scene.interior_of(s.material).is_some(), Bounds { min: b.min - slack, max: b.max + slack })
-    });
-    some_meet(boxes.collect())
+    some_meet(scene.shapes.iter().map(|s| (scene.interior_of(s.material).is_some(), touch_box(s))).collect())
+}
+
+/// True if a volume has the index of what surrounds the scene, or of a volume that it may touch: their boundary is not there for light.
+fn indices_match(scene: &Scene) -> bool {
+    let mut alike: Vec<(&Ior, Vec<(bool, Bounds)>)> = vec![(&scene.interiors[0].ior, Vec::new())];
+    for shape in &scene.shapes {
+        let Some(interior) = scene.interior_of(shape.material) else { continue };
+        let ior = &scene.interiors[interior].ior;
+        match alike.iter().position(|(of, _)| *of == ior) {
+            Some(0) => return true,
+            Some(i) => alike[i].1.push((true, touch_box(shape))),
+            None => alike.push((ior, vec![(true, touch_box(shape))])),
+        }
+    }
+    alike.into_iter().any(|(_, boxes)| some_meet(boxes))
+}
+
+/// The box of a shape and of what may touch it.
+fn touch_box(shape: &Shape) -> Bounds {
+    let b = bounds(&shape.geometry);
+    let slack = DVec3::splat(1e-5 * b.min.abs().max(b.max.abs()).max_element());
+    Bounds { min: b.min - slack, max: b.max + slack }
 }
 
 /// Do two of these boxes overlap, one of which at least is marked? Only those that overlap along x are looked at.

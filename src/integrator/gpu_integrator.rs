@@ -329,7 +329,8 @@ impl GpuIntegrator {
                 let groups = (light_units * count).div_ceil(params.light_units);
                 let (light, light_counts, light_time) = job.run(light, groups, u32::MAX)?;
                 self.fitting = self.fitting.min(fitting(params.light_units, light.most_rays));
-                stats += BatchStats { light_time, light_counts, ..light };
+                let light_paths = u64::from(params.light_paths) * u64::from(count);
+                stats += BatchStats { light_paths, light_time, light_counts, ..light };
             }
             summed += count;
             if summed >= PASSES_PER_SUM || first + count == passes.count {
@@ -349,7 +350,9 @@ impl GpuIntegrator {
                 for ([low, high], (i, sum)) in words.iter().zip(&mut left) {
                     let quanta = (u64::from(*high) << 32 | u64::from(*low)) as f64;
                     let unit = if i % channels < channels - 3 { quantum } else { quantum * f64::from(XYZ_RATIO) };
-                    *sum += (quanta * unit) as f32;
+                    let with_splats = f64::from(*sum) + quanta * unit;
+                    stats.dropped_saturated += u64::from(with_splats > f64::from(f32::MAX));
+                    *sum += (quanta * unit).min(f64::from(f32::MAX - *sum)) as f32;
                 }
             })?;
             self.gpu.clear(splats);

@@ -95,6 +95,8 @@ impl Stage {
                 arrived.join(path, path.ray.clone(), &|_| path.inside.clone(), &eval, &mut rng);
             }
             self.walk(light.path, Transport::Flux, &mut rng, &mut arrived, &mut stats);
+            // However many wavelengths of it were cut.
+            stats.truncated = stats.truncated.min(1);
         }
         stats += arrived.dropped;
         stats

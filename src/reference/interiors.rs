@@ -8,6 +8,14 @@ use crate::scene::inside::interior_of;
 use crate::scene::{Material, Scene};
 use glam::DVec3;
 
+/// The material whose normals or roughness vary in this one, or else itself.
+pub(super) fn bare(scene: &Scene, material: usize) -> usize {
+    match scene.materials[material] {
+        Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => bare(scene, base),
+        _ => material,
+    }
+}
+
 /// The interior that rules where all of `inside` overlap.
 pub(super) fn ruling(scene: &Scene, inside: &[usize]) -> usize {
     inside.iter().copied().max_by_key(|&i| (scene.interiors[i].priority, i)).unwrap_or(0)
@@ -15,19 +23,19 @@ pub(super) fn ruling(scene: &Scene, inside: &[usize]) -> usize {
 
 /// What a ray finds where it crosses boundaries of interiors, all at one place.
 pub(super) enum Crossing<'a> {
-    /// Nothing to see; the medium may change.
+    /// Nothing to see: no surface, or one between equal indices without a film. The medium may change.
     Straight,
     /// A real interface between `near` and `far`.
     Interface { hit: &'a Hit, near: usize, far: usize, alpha: f64 },
 }
 
 /// The interiors beyond the surfaces `met`, and what lies between. `dir` is the ray's direction. Which side of a face the ray comes from is
-/// told by the geometry; the set only tells what else is there.
-pub(super) fn cross<'a>(scene: &Scene, inside: &[usize], dir: DVec3, met: &[(&'a Hit, &Material)]) -> (Vec<usize>, Crossing<'a>) {
+/// told by the geometry; the set only tells what else is there. Materials are given by their indices.
+pub(super) fn cross<'a>(scene: &Scene, inside: &[usize], dir: DVec3, met: &[(&'a Hit, usize)]) -> (Vec<usize>, Crossing<'a>) {
     let (mut here, mut beyond) = (inside.to_vec(), inside.to_vec());
     let mut counted = Vec::new();
-    for (hit, material) in met {
-        let Some(interior) = interior_of(material) else { continue };
+    for &(hit, material) in met {
+        let Some(interior) = interior_of(&scene.materials[material]) else { continue };
         let entered = dir.dot(hit.ng) < 0.0;
         // Two triangles that share the edge the ray goes through are one surface.
         if counted.contains(&(hit.shape, entered)) {
@@ -52,8 +60,11 @@ pub(super) fn cross<'a>(scene: &Scene, inside: &[usize], dir: DVec3, met: &[(&'a
         (_, true) => near,
         _ => ruling(scene, &[near, far]),
     };
-    let interface = met.iter().find_map(|&(hit, material)| match *material {
-        Material::Dielectric { interior, alpha } if interior == owner => Some(Crossing::Interface { hit, near, far, alpha }),
+    let is_matched = scene.interiors[near].ior == scene.interiors[far].ior;
+    let interface = met.iter().find_map(|&(hit, material)| match scene.materials[material] {
+        Material::Dielectric { interior, alpha } if interior == owner && (!is_matched || scene.films.contains_key(&material)) => {
+            Some(Crossing::Interface { hit, near, far, alpha })
+        }
         _ => None,
     });
     (beyond, interface.unwrap_or(Crossing::Straight))

@@ -235,9 +235,13 @@ fn add(mut a: BatchStats, b: BatchStats) -> BatchStats {
     a
 }
 
+/// The greatest sample that the film takes (`LARGEST_SAMPLE` of the shaders): sums of such are finite in a file of single precision.
+const LARGEST_SAMPLE: f64 = 1e26;
+
 /// Whether a value may go to the film; if not, it is counted as dropped.
 fn finite(value: f64, stats: &mut BatchStats) -> bool {
     stats.dropped_not_finite += u64::from(!value.is_finite());
     stats.dropped_negative += u64::from(value < 0.0 && value.is_finite());
-    value.is_finite() && value >= 0.0
+    stats.dropped_saturated += u64::from(value > LARGEST_SAMPLE && value.is_finite());
+    (0.0..=LARGEST_SAMPLE).contains(&value)
 }

@@ -9,6 +9,7 @@ mod grain;
 pub mod inside;
 mod json;
 mod lamp;
+mod matched;
 mod mesh;
 pub mod roughness;
 mod sensor;

@@ -352,3 +352,35 @@ fn wrong_requests_say_what_would_be_right() {
         assert!(help.contains(option), "{option}");
     }
 }
+
+/// 1200 x 1000 pixels are read back from an adapter in several parts.
+#[test]
+fn pictures_of_any_size_are_developed_on_every_device_and_in_every_format() {
+    let folder = Folder::new("large");
+    const SIZE: (usize, usize) = (1200, 1000);
+    // Brighter from row to row, so that a part in the wrong place is seen.
+    let row = |i: usize| (0.2 + 0.6 * (i / SIZE.0) as f32 / SIZE.1 as f32) / 20.0;
+    let names = ["S0.450,000000nm", "S0.550,000000nm", "S0.650,000000nm"];
+    let samples = FlatSamples::F32((0..SIZE.0 * SIZE.1).map(row).collect());
+    let list = names.iter().map(|name| AnyChannel::new(*name, samples.clone())).collect();
+    Image::from_channels(SIZE, AnyChannels::sort(list)).write().to_file(folder.path("large.exr")).unwrap();
+    let develop = |device: &str, to: &str| {
+        folder.run(&format!("develop large.exr -o {device}.{to} --exposure 0 --no-dither --device {device}"));
+        folder.path(&format!("{device}.{to}"))
+    };
+    // The adapter has whatever name; all are of one kind or another.
+    let gpu = abbe::gpu::list_adapters()[0].kind.clone();
+    let [ours, exact] = [&gpu, "reference"].map(|device| png(&develop(device, "png")).1);
+    assert_eq!(ours.len(), 3 * SIZE.0 * SIZE.1);
+    assert!(ours.iter().zip(&exact).all(|(a, b)| a.abs_diff(*b) <= 1));
+    assert!(exact[0] + 20 < exact[exact.len() - 1], "{} {}", exact[0], exact[exact.len() - 1]);
+    let pixels = |path: &Path| {
+        let image = exr::prelude::read_first_flat_layer_from_file(path).unwrap();
+        image.layer_data.channel_data.list[0].sample_data.values_as_f32().collect::<Vec<f32>>()
+    };
+    let [ours, exact] = [&gpu, "reference"].map(|device| pixels(&develop(device, "exr")));
+    assert!(ours.len() == SIZE.0 * SIZE.1 && ours.iter().zip(&exact).all(|(a, b)| (a - b).abs() < 1e-4));
+    for device in [&gpu, "reference"] {
+        assert!(std::fs::metadata(develop(device, "jpg")).unwrap().len() > 10_000);
+    }
+}

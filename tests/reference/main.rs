@@ -158,6 +158,22 @@ fn slabs_transmit_what_they_should() {
 }
 
 #[test]
+fn what_has_the_index_around_it_neither_shades_nor_is_seen() {
+    // A spot 3 m above a floor of which the camera sees a square metre, a ball between. The square takes the spot's full intensity from its solid angle.
+    let exact = 0.5 / PI * 4.0 * (0.25f64 / 9.25).asin();
+    for alpha in [0.0, 0.3] {
+        let mut s = scene(2, 2, 2, orthographic(dvec3(0.0, 5.0, 0.0), DVec3::ZERO, 1.0));
+        shape(&mut s, 0, disc(DVec3::ZERO, DVec3::Y, 0.8));
+        let m = glass(&mut s, solid("ball", 1.0, 1), alpha);
+        shape(&mut s, m, sphere(DVec3::Y, 0.5));
+        let position = dvec3(0.0, 3.0, 0.0);
+        let spot = Light::Spot { position, direction: -DVec3::Y, intensity: flat(1.0), cos_inner: 0.97, cos_outer: 0.96 };
+        s.lights.push(spot);
+        equals(&format!("matched ball {alpha}"), &s, Estimator::Forward, 6000, exact, 0.0);
+    }
+}
+
+#[test]
 fn thin_pane_reflects_with_all_inner_bounces() {
     let mut s = slab(&[], 0.0);
     let pane = material(&mut s, Material::ThinDielectric { ior: Ior::constant(1.5168) });

@@ -276,3 +276,15 @@ fn batches_that_make_up_for_each_other_do_not_overstate_the_error_of_the_mean() 
     assert!((16..=32).contains(&film.mean_groups()), "{}", film.mean_groups());
     close(film.mean_standard_error(0), film.standard_error(0, 0), 0.5, "error of the mean");
 }
+
+#[test]
+fn errors_stay_finite_whatever_the_film_holds() {
+    let mut film = Film::new(&settings(2, 2, 1));
+    for batch in 0..4 {
+        film.add_batch_f64(&[1e30 * f64::from(batch % 2); 16], 1);
+    }
+    for channel in 0..4 {
+        assert!((0..4).all(|pixel| film.errors(channel).standard_error(pixel).is_finite()));
+    }
+    assert!(film.relative_error() > 0.0 && film.relative_error().is_finite());
+}

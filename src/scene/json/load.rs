@@ -298,6 +298,7 @@ impl Loader {
     fn finish(mut self) -> Scene {
         self.flatten_the_few();
         self.comb();
+        self.scene.match_indices();
         let files = &self.reader.files;
         Scene { source_hash: files.hash(), sources: files.sources(), ..self.scene }
     }

@@ -19,6 +19,9 @@ pub enum Place {
     Light,
 }
 
+/// Amounts of light, in W and SI units per nm, that single precision carries through a scene: more is refused, and what is nowhere so much, but not 0.
+pub(crate) const LIGHT: std::ops::RangeInclusive<f64> = 1e-20..=1e20;
+
 /// Reads spectra over the film's range.
 #[derive(Debug, Clone)]
 pub struct SpectrumReader {
@@ -103,10 +106,24 @@ impl SpectrumReader {
         let between: Vec<f64> = at.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
         at.extend(between);
         at.extend((0..(hi - lo) as u32).map(|i| lo + f64::from(i)));
-        let most = if place == Place::Share { 1.0 } else { f64::MAX };
-        let bad = at.into_iter().map(|nm| (nm, spectrum.eval(nm))).find(|(_, v)| !(v.is_finite() && *v >= 0.0 && *v <= most));
+        let most = match place {
+            Place::Share => 1.0,
+            Place::Coefficient => f64::MAX,
+            Place::Light => *LIGHT.end(),
+        };
+        let values: Vec<(f64, f64)> = at.into_iter().map(|nm| (nm, spectrum.eval(nm))).collect();
+        let greatest = values.iter().map(|v| v.1).fold(0.0, f64::max);
+        let bad = values.into_iter().find(|(_, v)| !(v.is_finite() && *v >= 0.0 && *v <= most));
         match bad {
+            None if place == Place::Light && greatest > 0.0 && greatest < *LIGHT.start() => Err(node.fail(
+                format!("the light is {greatest:e} at most, too dark for single precision"),
+                "use brighter lights and a smaller exposure, or 0",
+            )),
             None => Ok(()),
+            Some((nm, v)) if place == Place::Light && v.is_finite() && v > most => Err(node.fail(
+                format!("the light of {v:e} at {nm} nm is too bright for single precision"),
+                format!("use at most {most:e}, and a greater exposure"),
+            )),
             Some((nm, v)) if place == Place::Share => Err(node
                 .fail(format!("the value {v} at {nm} nm is not within 0 to 1"), "a reflectance or weight lies between 0 and 1")),
             Some((nm, v)) if v < 0.0 => {

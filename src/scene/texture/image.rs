@@ -4,7 +4,7 @@ use crate::color::upsample;
 use crate::error::{Result, quoted};
 use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
-use crate::scene::json::spectra::Place;
+use crate::scene::json::spectra::{LIGHT, Place};
 use crate::scene::texture::picture;
 use crate::scene::texture::{Image, ImageTexture, Texture, Wrap};
 use crate::spectrum::Spectrum;
@@ -56,6 +56,10 @@ impl Loader {
                 image
             }
         };
+        let brightest = image.texels.iter().map(|t| f64::from(t[3])).fold(0.0, f64::max);
+        if light && scale * brightest > *LIGHT.end() {
+            return Err(node.fail("a texel is too bright for single precision", "use a smaller \"scale\""));
+        }
         let white = if light { upsample::white() } else { Spectrum::Constant(1.0) };
         Ok(Some(Texture::Image(Arc::new(ImageTexture {
             image,

@@ -3,7 +3,7 @@
 use crate::color::upsample;
 use crate::error::Result;
 use crate::scene::json::Node;
-use crate::scene::json::spectra::Place;
+use crate::scene::json::spectra::{LIGHT, Place};
 use crate::scene::texture::Image;
 use image::{ImageReader, Limits};
 use std::collections::HashMap;
@@ -77,7 +77,8 @@ impl Picture {
                 Place::Light => coefficients(upsample::emission_texel(rgb)),
                 _ => coefficients(upsample::reflectance_texel(rgb)),
             });
-            (found.iter().all(|v| v.is_finite()) && (place == Place::Light || rgb.iter().all(|v| *v <= 1.0))).then_some(found)
+            let most = if place == Place::Light { *LIGHT.end() } else { 1.0 };
+            (found.iter().all(|v| v.is_finite()) && rgb.iter().all(|v| *v <= most)).then_some(found)
         };
         let texels = rgb.map(&mut texel).collect::<Option<Vec<_>>>()?;
         Some(Image { width: self.width, height: self.height, texels })

@@ -167,6 +167,20 @@ fn surfaces_that_touch_or_are_not_there_show_what_is_seen() {
 }
 
 #[test]
+fn what_has_the_index_around_it_is_not_a_first_hit() {
+    // From above, a ball over a floor.
+    for (alpha, n, depth) in [(0.0, 1.0, 5.0), (0.3, 1.0, 5.0), (0.3, 1.1, 4.5)] {
+        let mut s = scene(1, 1, 4, orthographic(dvec3(0.0, 5.0, 0.0), DVec3::ZERO, 1e-3));
+        shape(&mut s, 0, disc(DVec3::ZERO, DVec3::Y, 4.0));
+        let ball = glass(&mut s, solid("ball", n, 1), alpha);
+        shape(&mut s, ball, sphere(DVec3::ZERO, 0.5));
+        for first_hits in both(&s) {
+            assert!((first_hits.depth(0) - depth).abs() < 1e-5, "{n} {alpha}: {}", first_hits.depth(0));
+        }
+    }
+}
+
+#[test]
 fn albedos_are_the_colours_of_reflectances() {
     let mut s = scene(1, 1, 4, orthographic(DVec3::Z, DVec3::ZERO, 1.0));
     let rgb = [0.7, 0.3, 0.1];

@@ -323,3 +323,31 @@ fn surfaces_without_number_in_one_place_are_an_error_and_not_for_ever() {
     let error = GpuIntegrator::new(&scene, None, 0).map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("surfaces lie in one place") && error.contains("remove the copies"), "{error}");
 }
+
+#[test]
+fn shadow_rays_look_at_volumes_only_where_light_goes_through_one_unbent() {
+    let looks = |around: &str, first: &str, second: &str, x: f64| {
+        let ior = |text: &str| serde_json::from_str::<Value>(text).unwrap();
+        let ball = |x: f64, material: &str| json!({"sphere": {"center": [x, 1, 0], "radius": 0.5}, "material": material});
+        let scene = scene_of(json!({
+            "surroundings": {"ior": ior(around)},
+            "materials": {"first": {"dielectric": {"ior": ior(first)}}, "second": {"dielectric": {"ior": ior(second)}}},
+            "shapes": [ball(-0.75, "first"), ball(x, "second")],
+        }));
+        Plan::new(&scene, Techniques::default()).has(Feature::PassThrough)
+    };
+    // Neither of the index around it nor near each other.
+    assert!(!looks("1", "1.5", "1.33", 0.75));
+    assert!(!looks("1", "1.5", "1.5", 0.75));
+    assert!(!looks("1", "1.5", "1.00001", 0.75));
+    assert!(!looks("1.33", "1", "1.5", 0.75));
+    // Indices are alike whatever formula they come from.
+    assert!(looks("1", "1.5", "1", 0.75));
+    assert!(looks("1", "1.5", "1.0000001", 0.75));
+    assert!(looks("1.33", r#"{"cauchy": [1.33, 0]}"#, "1.5", 0.75));
+    assert!(looks(r#"{"table": [[300, 1.33], [900, 1.33]]}"#, "1.33", "1.5", 0.75));
+    assert!(looks(r#""N-BK7""#, "1.5", r#""N-BK7""#, 0.75));
+    // Or in contact, at one point.
+    assert!(looks("1", "1.5", r#"{"cauchy": [1.5, 0]}"#, 0.25));
+    assert!(!looks("1", "1.5", "1.33", 0.2500001));
+}

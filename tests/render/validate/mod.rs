@@ -101,6 +101,8 @@ cases! {
     three_prisms "three-prisms",
     degenerate "degenerate",
     many_samples "many-samples",
+    matched_shadow "matched-shadow",
+    matched_absorbing "matched-absorbing",
 }
 
 #[test]
