@@ -14,6 +14,7 @@ mod glass;
 mod info;
 mod interrupt;
 mod load;
+mod logger;
 mod new;
 pub mod plot;
 mod print;
@@ -92,6 +93,7 @@ pub fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(e) => return usage(&e),
     };
+    logger::install();
     let done = interrupt::install().and_then(|()| match cli.command {
         Command::Render(args) => render::run(&args),
         Command::Develop(args) => develop::run(&args),
