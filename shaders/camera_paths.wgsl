@@ -1,21 +1,15 @@
 // The camera pass: paths from the sensor with next-event estimation, combined with chance hits by multiple importance sampling.
 // One invocation owns a pixel of each unit of a group and traces its paths one after the other, so that lanes whose path ends early take up the next.
 #include "common/math.wgsl"
+#include "common/params.wgsl"
 #include "common/sampler.wgsl"
-
-#include "common/bindings.wgsl"
-
-@group(0) @binding(14) var samples: WritableTable<vec4f>;
-
-var<private> pass_of_path: u32; // pass within the table of spectra
-
-#include "common/modules.wgsl"
-#include "sensor/sensor.wgsl"
 #include "common/work.wgsl"
-#include "common/store_sample.wgsl"
 #include "common/tile.wgsl"
-#include "integrator/vertex.wgsl"
-#include "integrator/scatter.wgsl"
+#include "common/store_sample.wgsl"
+#include "common/counters.wgsl"
+#include "sensor/sensor.wgsl"
+#include "path/state.wgsl"
+#include "path/next_vertex.wgsl"
 
 #if LIT_SENSOR
 // Light that falls on an irradiance sensor straight from a light: sampled as at a diffuse surface, since `ray` leaves it likewise.

@@ -1,8 +1,19 @@
 // What the rays of every pixel meet first: a pass of its own, run only on request. One invocation owns one pixel and sends `samples` rays through its
 // filter and the lens. Fog hides nothing.
 #include "common/math.wgsl"
+#include "common/params.wgsl"
 #include "common/sampler.wgsl"
-#include "common/bindings.wgsl"
+#include "common/groups.wgsl"
+#include "common/tile.wgsl"
+#include "geometry/trace.wgsl"
+#include "geometry/surface.wgsl"
+#if INTERIORS
+#include "medium/interiors.wgsl"
+#endif
+#if INTERIORS
+#include "bsdf/material.wgsl"
+#endif
+#include "sensor/sensor.wgsl"
 
 @group(0) @binding(5) var albedos: Table<vec4f>; // of every material: colour, and the share of rays that it stops
 @group(0) @binding(14) var<storage, read_write> first_hits: array<vec4f>; // per pixel: sum of normals and depths; of albedos, and their number
@@ -10,15 +21,6 @@
 // start_ray fills these.
 var<private> beta: array<vec4f, LANES4>;
 var<private> li: array<vec4f, LANES4>;
-
-#include "geometry/trace.wgsl"
-#include "geometry/surface.wgsl"
-#if INTERIORS
-#include "medium/interiors.wgsl"
-#endif
-#include "sensor/sensor.wgsl"
-#include "common/tile.wgsl"
-#include "common/groups.wgsl"
 
 struct FirstHit {
     n: vec3f, // shading normal, on the side of the ray

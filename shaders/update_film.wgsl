@@ -1,18 +1,17 @@
 // Adds the samples of a dispatch of the camera pass to the film. A pass of its own, since here all lanes read the same weights at the same time: within
 // the loop over paths this took a third of the time.
 #include "common/math.wgsl"
+#include "common/params.wgsl"
+#include "common/spectra.wgsl"
+#include "common/work.wgsl"
+#include "common/tile.wgsl"
+#include "common/counters.wgsl"
 
-@group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(5) var<storage, read_write> film: array<f32>;
-@group(0) @binding(6) var<storage, read_write> counters: array<atomic<u32>>;
 #if MANY_BINS
 @group(0) @binding(12) var<storage, read> lane_bins: array<u32>;
 #endif
 @group(0) @binding(14) var samples: Table<vec4f>;
-
-#include "common/spectra.wgsl"
-#include "common/tile.wgsl"
-#include "common/work.wgsl"
 
 fn sample_at(i: u32) -> vec4f {
     return load_samples(i);

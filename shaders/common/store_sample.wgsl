@@ -1,4 +1,6 @@
 // Hands finished samples to update_film.wgsl: slot by slot, one for every sample of the dispatch.
+#include "path/state.wgsl"
+@group(0) @binding(14) var samples: WritableTable<vec4f>;
 
 fn store_sample(slot: u32) {
     for (var k = 0u; k < LANES4; k++) {

@@ -1,4 +1,5 @@
 // Work of the camera pass (integrator/sample_counts.rs): items in groups, and where their samples wait for update_film.wgsl.
+#include "common/params.wgsl"
 #include "common/groups.wgsl"
 
 @group(0) @binding(24) var work: Table<WorkItem, WorkGroup>; // items, then groups of them

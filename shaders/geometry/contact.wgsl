@@ -1,6 +1,9 @@
 // Where a ray meets two surfaces at once, as far as rounding can tell. Surfaces that lie in each other are crossed together, as optical contact. Of two that
 // cross each other the ray meets one after the other: on which side of the second it goes on is kept in mind, since its origin is as close to that surface
 // as rounding, and may lie on either side.
+#include "geometry/trace.wgsl"
+#include "geometry/surface.wgsl"
+#include "bsdf/material.wgsl"
 
 // What passes through the origin of the ray at hand beside the surface that it leaves.
 struct Beside {

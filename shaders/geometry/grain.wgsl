@@ -1,4 +1,6 @@
 // Where the grain of brushed metal points (the model: src/scene/grain.rs).
+#include "geometry/surface.wgsl"
+#include "bsdf/conductor.wgsl"
 
 // The tangent of the mesh at `s`, as its vertices have it; 0 where there is none. w: 1, or -1 where texture coordinates are mirrored.
 fn tangent_at(s: Surface) -> vec4f {

@@ -1,4 +1,10 @@
 // What a hit point looks like to the shading code.
+#include "common/math.wgsl"
+#include "geometry/trace.wgsl"
+#include "geometry/primitives.wgsl"
+#if SMOOTH_NORMALS
+@group(0) @binding(9) var normals: Table<vec4f>;
+#endif
 
 struct Surface {
     p: vec3f,

@@ -1,5 +1,12 @@
 // Pictures on surfaces (the model: src/scene/texture.rs). One table holds their records, the texture coordinates of all primitives, and texels of
 // upsampled colours; what is interpolated are spectra. A look-up writes all lanes at once, so that materials and lights read it like any spectrum.
+#include "common/spectra.wgsl"
+#include "geometry/primitives.wgsl"
+#include "geometry/surface.wgsl"
+#if CAMERA_PATHS || LIGHT_PATHS
+#include "bsdf/bsdf.wgsl"
+#endif
+@group(0) @binding(20) var textures: Table<vec4u, Texture>;
 
 // Texture coordinates of the point `p` of a triangle.
 fn uv_at(number: u32, p: vec3f) -> vec2f {
@@ -112,17 +119,17 @@ fn mapped_normal(index: u32, s: Surface) -> vec3f {
 }
 #endif
 
-var<private> surface_color: array<vec4f, LANES4>; // of the material that was looked at last
-
-// Looks at a material at the point `p` of a primitive: see `color_of`.
-fn look_at_surface(m: Material, primitive: u32, p: vec3f) {
-    if (m.texture != NONE) {
-        let f = filter_texels(m.texture, primitive, p);
+#if CAMERA_PATHS || LIGHT_PATHS
+// Looks up what the picture of a material shows at the point `p` of a primitive.
+fn look_up_color(b: ptr<function, Bsdf>, primitive: u32, p: vec3f) {
+    if ((*b).m.texture != NONE) {
+        let f = filter_texels((*b).m.texture, primitive, p);
         for (var k = 0u; k < LANES4; k++) {
-            surface_color[k] = filtered_spectrum(f, k);
+            (*b).color[k] = filtered_spectrum(f, k);
         }
     }
 }
+#endif
 
 #if LIGHT_TEXTURES
 var<private> light_color: array<vec4f, LANES4>; // of the light that was looked at last

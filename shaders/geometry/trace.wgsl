@@ -1,13 +1,19 @@
 // Traversal of the compressed wide BVH (Ylitie, Karras & Laine, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs",
 // HPG 2017; node layout of obvhs: 5 x vec4<u32>, min and max planes interleaved).
+#include "common/math.wgsl"
+#include "common/params.wgsl"
+#include "geometry/primitives.wgsl"
 #include "geometry/intersect_triangle.wgsl"
 #if QUADRICS
 #include "geometry/intersect_quadric.wgsl"
 #endif
-
-#if COUNTED
-#include "common/counts.wgsl"
+#if CONTACT
+#include "geometry/contact.wgsl"
 #endif
+#if COUNTED
+#include "common/counters.wgsl"
+#endif
+@group(0) @binding(1) var bvh: Table<vec4u>;
 
 struct Ray {
     o: vec3f,
@@ -26,10 +32,6 @@ struct Hit {
     contact: u32, // another primitive at the same place, or NONE
 #endif
 }
-
-#if CONTACT
-#include "geometry/contact.wgsl"
-#endif
 
 // True if the origin of `ray` lies on this primitive.
 fn leaves(ray: Ray, primitive: u32) -> bool {

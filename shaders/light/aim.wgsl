@@ -2,6 +2,10 @@
 // spheres around it (`targets`), of which one is chosen by the solid angle (or cross-section) that it shows, and since spheres overlap, the density of a
 // ray is the number of spheres it meets over the sum of all. The others go wherever else the light shines: those that meet a sphere are given up, since a
 // ray that both halves could make would be one of many to the guide in one of them, and a rare bright one in the other.
+#include "common/params.wgsl"
+#include "common/math.wgsl"
+#include "light/lights.wgsl"
+
 #if LIGHT_POINT || LIGHT_AREA || LIGHT_ENVIRONMENT
 @group(0) @binding(15) var targets: Table<vec4f>; // centre, radius
 

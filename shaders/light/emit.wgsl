@@ -1,4 +1,11 @@
 // Light paths begin: a light by its power, a point and a direction on it. beta becomes flux per probability, W nm^-1.
+#include "common/sampler.wgsl"
+#include "light/lights.wgsl"
+#include "light/aim.wgsl"
+#if GUIDED
+#include "light/guide.wgsl"
+#endif
+#include "path/state.wgsl"
 
 #if LIGHT_POINT || LIGHT_AREA || LIGHT_ENVIRONMENT
 // True for AIMED of the numbers, what is left of which is spread evenly again.

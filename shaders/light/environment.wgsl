@@ -1,4 +1,12 @@
 // Light from beyond the scene: the sun, a constant environment, a latitude-longitude picture.
+#include "common/math.wgsl"
+#include "light/lights.wgsl"
+#if CAMERA_PATHS
+#include "path/mis.wgsl"
+#endif
+#if ENV_IMAGE
+@group(0) @binding(11) var environment: Table<vec4f>;
+#endif
 
 #if ENV_IMAGE
 // Texel seen in direction `d`.

@@ -1,4 +1,6 @@
 // Which light to sample of those that have a place, by the table of the grid's cell around the point that is lit (src/gpu/light_grid.rs).
+#include "light/lights.wgsl"
+
 @group(0) @binding(22) var light_grid: Table<vec4u>;
 
 // Texels of a cell's table, two entries to one.

@@ -1,6 +1,10 @@
 // Guided emission: the random numbers that a light path begins with (choice of a light, point on it, direction: primary sample space) are warped to where
 // paths were of use before (Guo et al. 2018, "Primary sample space path guiding"; the tree: src/integrator/guide.rs). The warp's density divides the
 // throughput; multiple importance sampling goes on with the density without it, which camera paths can work out: any weights are right that add up to one.
+#include "common/params.wgsl"
+#include "common/math.wgsl"
+#include "common/sampler.wgsl"
+
 @group(0) @binding(18) var guide: Table<vec4u>;
 
 // Two vectors for each path that was of use, kept by chance: point and direction; light, wavelength, squared use without the warp, density of the warp.

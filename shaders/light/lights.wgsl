@@ -1,4 +1,24 @@
 // Choosing a light, sampling a point on it, and the pdf of having done so.
+#include "common/params.wgsl"
+#include "common/math.wgsl"
+#include "common/sampler.wgsl"
+#include "common/spectra.wgsl"
+#if LIGHT_GRID
+#include "light/grid.wgsl"
+#endif
+#if LIGHT_TEXTURES
+#include "geometry/texture.wgsl"
+#endif
+#if PRECISE_ANGLES
+#include "light/angles.wgsl"
+#endif
+#if LIGHT_PROFILE
+#include "light/profile.wgsl"
+#endif
+#if LIGHT_ENVIRONMENT
+#include "light/environment.wgsl"
+#endif
+@group(0) @binding(7) var lights: Table<Light>;
 
 struct LightSample {
     wi: vec3f, // towards the light, unit; zero if there is nothing to see
@@ -47,10 +67,6 @@ struct LightChoice {
     index: u32,
     probability: f32,
 }
-
-#if LIGHT_GRID
-#include "light/grid.wgsl"
-#endif
 
 // A light for the point `p`: one that has a place by what it could send there, another by its share.
 fn choose_light_for(p: vec3f, u: f32) -> LightChoice {
@@ -252,13 +268,6 @@ fn sample_area_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
 }
 #endif
 
-#if PRECISE_ANGLES
-#include "light/angles.wgsl"
-#endif
-#if LIGHT_PROFILE
-#include "light/profile.wgsl"
-#endif
-
 #if LIGHT_POINT
 // Intensity of a point, spot or profile along `d`, over its greatest.
 fn intensity_along(light: Light, d: vec3f) -> f32 {
@@ -269,10 +278,6 @@ fn intensity_along(light: Light, d: vec3f) -> f32 {
 #endif
     return select(1.0, smoothstep(light.p2.y, light.p2.x, dot(d, light.p1.xyz)), light.kind == LIGHT_KIND_SPOT);
 }
-#endif
-
-#if LIGHT_ENVIRONMENT
-#include "light/environment.wgsl"
 #endif
 
 #if CAMERA_PATHS

@@ -1,4 +1,7 @@
 // Measured distributions of lamps (src/scene/profile.rs; the table: src/gpu/profiles.rs). Within a cell directions are sampled evenly.
+#include "common/math.wgsl"
+#include "light/angles.wgsl"
+
 @group(0) @binding(23) var profiles: Table<vec4f, Profile, ProfileRing, ProfileSector, ProfileCell>;
 
 // Where the parts of a profile are.

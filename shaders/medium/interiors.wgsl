@@ -1,5 +1,9 @@
 // Nested volumes by priority (Schmidt & Budge, "Simple nested dielectrics in ray traced images", JGT 7(2), 2002). A path keeps the multiset
 // of volumes it is inside; an entry is a rank (1 << 31 | priority << 16 | index into `interiors`), 0 an empty slot; the greatest rules.
+#include "bsdf/material.wgsl"
+#include "geometry/trace.wgsl"
+#include "geometry/surface.wgsl"
+@group(0) @binding(8) var interiors: Table<Interior>;
 
 var<private> inside: vec4u;
 

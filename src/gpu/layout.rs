@@ -99,6 +99,8 @@ shared_constants! {
     MATERIAL_KIND_BRUSHED_CONDUCTOR = 11;
     /// `a`: row of its colour; `b`: the material under it; `table`.
     MATERIAL_KIND_SHEEN = 12;
+    /// No surface but a medium, whose phase function `alpha` is the asymmetry of; `a`: row of its scattering coefficient.
+    MATERIAL_KIND_MEDIUM = 13;
     /// Kinds of lights. `p0`, `p1`, `p2`: vertices; `p0.w`: the picture that it shows, or NO_INDEX.
     LIGHT_KIND_TRIANGLE = 0;
     /// `p0`: centre; `p2.x`: radius.

@@ -1,4 +1,4 @@
-//! Gathering light paths at the visible points of camera paths: how wide, and the buffers for it (visible_points.wgsl).
+//! Gathering light paths at the visible points of camera paths: how wide, and the buffers for it (shaders/path/merge.wgsl).
 
 use super::{Feature, Plan};
 use crate::error::Result;

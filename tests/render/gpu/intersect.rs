@@ -14,10 +14,8 @@ fn trace(gpu: &Gpu, scene: &Scene, uploaded: &GpuScene, rays: &[[Vec3; 2]]) -> V
     let source = prelude()
         + &Plan::new(scene, Techniques::default()).constants()
         + &uploaded.constants
-        + &with_tables("@group(0) @binding(0) var bvh: Table<vec4u>;\n@group(0) @binding(1) var rays: Table<vec4f>;")
-        + "@group(0) @binding(3) var<storage, read_write> out: array<f32>;\n"
-        + &shader_file("common/math.wgsl", &Plan::new(scene, Techniques::default()).camera.switches())
-        + &shader_file("geometry/primitives.wgsl", &Plan::new(scene, Techniques::default()).camera.switches())
+        + &with_tables("@group(0) @binding(40) var rays: Table<vec4f>;")
+        + "@group(0) @binding(41) var<storage, read_write> out: array<f32>;\n"
         + &shader_file("geometry/trace.wgsl", &Plan::new(scene, Techniques::default()).camera.switches())
         + "@compute @workgroup_size(64)
         fn main(@builtin(global_invocation_id) id: vec3u) {

@@ -258,7 +258,7 @@ fn there_is_no_term_or_buffer_for_what_a_scene_does_not_contain() {
         (ball(json!({"diffuse": {"reflectance": 0.2}})), &["geometry/intersect_quadric.wgsl"], &[]),
         (
             ball(json!({"dielectric": {"ior": "N-SF11"}})),
-            &["medium/interiors.wgsl", "bsdf/fresnel.wgsl", "integrator/scatter_dielectric.wgsl"],
+            &["medium/interiors.wgsl", "bsdf/fresnel.wgsl", "bsdf/dielectric.wgsl"],
             &["interiors", "splats"],
         ),
         (
@@ -266,17 +266,17 @@ fn there_is_no_term_or_buffer_for_what_a_scene_does_not_contain() {
             &["medium/homogeneous.wgsl"],
             &["interiors"],
         ),
-        (ball(json!({"conductor": {"metal": "Al", "alpha": 0.3}})), &["bsdf/ggx.wgsl", "bsdf/rough.wgsl"], &["tables"]),
+        (ball(json!({"conductor": {"metal": "Al", "alpha": 0.3}})), &["bsdf/ggx.wgsl", "bsdf/conductor.wgsl"], &["tables"]),
         (
             json!({"materials": {"m": {"coated": {"of": "wall", "ior": 1.5}}}, "shapes": [{"sphere": {"center": [0, 1, 0], "radius": 0.5}, "material": "m"}]}),
             &["bsdf/coat.wgsl"],
             &["tables"],
         ),
-        (ball(json!({"thin_dielectric": {"ior": 1.33, "thickness": 400}})), &["bsdf/film.wgsl"], &[]),
+        (ball(json!({"thin_dielectric": {"ior": 1.33, "thickness": 400}})), &["bsdf/thin_film.wgsl"], &[]),
         (json!({"lights": [{"image": {"file": "sky.png"}}]}), &["light/environment.wgsl"], &["environment"]),
         (
             ball(json!({"conductor": {"metal": "Al"}})),
-            &["light/emit.wgsl", "light/aim.wgsl", "light/guide.wgsl", "sensor/connect.wgsl", "integrator/visible_points.wgsl"],
+            &["light/emit.wgsl", "light/aim.wgsl", "light/guide.wgsl", "sensor/connect.wgsl", "path/merge.wgsl"],
             &["splats", "points", "heads", "guide", "uses"],
         ),
         (json!({"film": {"bins": 40}}), &[], &["lane_bins"]),
@@ -303,10 +303,10 @@ fn there_is_no_term_or_buffer_for_what_a_scene_does_not_contain() {
     }
     // One of a kind leaves out its neighbours.
     let glass = with(ball(json!({"dielectric": {"ior": 1.5}})));
-    assert!(!glass.contains("part_wavelengths"), "dispersion of glass that has none");
-    assert!(!glass.contains("scatter_rough_dielectric") && glass.contains("scatter_at_dielectric"));
-    assert!(!glass.contains("fly") && !glass.contains("sample_hg"), "fog where there is none");
-    assert!(with(ball(json!({"dielectric": {"ior": "N-SF11"}}))).contains("part_wavelengths"));
+    assert!(!glass.contains("collapse_wavelengths"), "dispersion of glass that has none");
+    assert!(!glass.contains("sample_rough_dielectric") && glass.contains("sample_smooth_dielectric"));
+    assert!(!glass.contains("sample_free_flight") && !glass.contains("sample_hg"), "fog where there is none");
+    assert!(with(ball(json!({"dielectric": {"ior": "N-SF11"}}))).contains("collapse_wavelengths"));
     assert!(!glass.contains("count_path") && !glass.contains("report_counts"), "counting that nobody asked for");
     let dark = names(&scene_of(json!({})));
     assert!(!dark.contains("lights") && !dark.contains("sample_light"), "lights where there are none");

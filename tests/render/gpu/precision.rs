@@ -90,7 +90,7 @@ fn head(scattering: bool) -> String {
     let mut features = Plan::new(&scene, Techniques::default()).camera.switches();
     features.insert("CONDUCTOR", true);
     features.insert("SCATTERING", scattering);
-    prelude() + &shader_file("common/math.wgsl", &features) + &shader_file("bsdf/fresnel.wgsl", &features)
+    prelude() + &shader_file("bsdf/fresnel.wgsl", &features)
 }
 
 #[test]
@@ -159,8 +159,8 @@ fn films_reflect_what_they_do_in_double_precision() {
         })
         .collect();
     let body = "result = fresnel_film(a.x, vec4f(a.y), vec4f(a.z), vec4f(a.w), vec4f(b.x), vec4f(b.y));";
-    let features = Plan::new(&scene_of(json!({})), Techniques::default()).camera.switches();
-    let head = head(false) + &shader_file("bsdf/film.wgsl", &features);
+    let plan = Plan::new(&scene_of(json!({})), Techniques::default());
+    let head = prelude() + &plan.constants() + &shader_file("bsdf/thin_film.wgsl", &plan.camera.switches());
     let mut worst = 0.0f64;
     for (v, r) in inputs.chunks_exact(2).zip(run(&gpu, &head, body, 2, &inputs, &[])) {
         let [near, film, waves] = [v[0].y, v[0].z, v[0].w].map(f64::from);
@@ -234,7 +234,7 @@ fn the_phase_function_is_that_of_inputs_a_few_units_away() {
     let mut features = Plan::new(&scene, Techniques::default()).camera.switches();
     features.insert("SCATTERING", true);
     // Of the file only the phase function: the rest needs a scene.
-    let file = shader_file("medium/homogeneous.wgsl", &features);
+    let file = shader_file("medium/phase.wgsl", &features);
     let function = file.split("fn phase_hg").nth(1).and_then(|rest| rest.split("\n}\n").next()).expect("the function");
     let found =
         run(&gpu, &format!("{}fn phase_hg{function}\n}}\n", head(true)), "result.x = phase_hg(a.x, a.y);", 1, &inputs, &[]);
@@ -254,9 +254,6 @@ fn intersections(gpu: &Gpu, call: &str, rows: usize, inputs: &[Vec4]) -> Vec<[f6
     let head = prelude()
         + &Plan::new(&scene, Techniques::default()).constants()
         + &uploaded.constants
-        + &with_tables("@group(0) @binding(0) var bvh: Table<vec4u>;")
-        + &shader_file("common/math.wgsl", &features)
-        + &shader_file("geometry/primitives.wgsl", &features)
         + &shader_file("geometry/trace.wgsl", &features);
     let body = format!(
         "var ray = Ray(a.xyz, INFINITE, b.xyz, NONE, NONE, false);

@@ -11,6 +11,22 @@
 // where the surface is smooth, and nearly so where it is rough; what is left there is left out alike by all passes, which is allowed since any weights
 // that add up to one are. Light paths are gathered only at the first vertex of a camera path that is diffuse or in fog, and
 // only if something has bent the path before.
+#include "common/math.wgsl"
+#include "common/params.wgsl"
+#include "common/spectra.wgsl"
+#include "path/state.wgsl"
+#if LIGHTS_PRESENT
+#include "light/lights.wgsl"
+#endif
+#if CAUSTICS
+#include "light/aim.wgsl"
+#endif
+#if CAUSTICS
+#include "sensor/density.wgsl"
+#endif
+#if LIGHT_PATHS
+#include "light/emit.wgsl"
+#endif
 
 // A vertex at which a path scatters: to a connection, or to its next vertex.
 struct Vertex {

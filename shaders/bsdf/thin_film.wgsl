@@ -1,4 +1,6 @@
 // Thin films (the model: src/bsdf/film.rs), four wavelengths at a time.
+#include "common/math.wgsl"
+#include "common/spectra.wgsl"
 
 struct Complex4 {
     re: vec4f,
@@ -57,4 +59,9 @@ fn fresnel_film(cos_i: f32, near: vec4f, n: vec4f, waves: vec4f, far: vec4f, far
         delay,
     );
     return select(min(0.5 * (s + p), vec4f(1.0)), vec4f(1.0), cos_i <= 0.0);
+}
+
+// Reflectance for cos_i >= 0 of the film on material `m`.
+fn film_reflectance(m: Material, cos_i: f32, near: vec4f, far: vec4f, far_k: vec4f, k: u32) -> vec4f {
+    return fresnel_film(cos_i, near, spectrum(m.c & 0xffffu, k), spectrum(m.c >> 16u, k), far, far_k);
 }

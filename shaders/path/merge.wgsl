@@ -4,6 +4,16 @@
 //
 // In the table come first the links of all points, close together since searches go through many; then of each point its VisiblePoint, where there is
 // sheen its PointSheen, and its throughput.
+#include "common/params.wgsl"
+#include "common/sampler.wgsl"
+#include "common/spectra.wgsl"
+#include "path/state.wgsl"
+#include "path/mis.wgsl"
+#include "bsdf/bsdf.wgsl"
+#if LIGHT_PATHS
+#include "sensor/connect.wgsl"
+#endif
+
 #if SHEEN
 const POINT_HEAD = TEXELS_OF_VisiblePoint + TEXELS_OF_PointSheen;
 #else
@@ -34,20 +44,39 @@ fn rest_of_point(slot: u32) -> u32 {
 
 var<private> point_slot: u32; // where this path's point goes
 
-// Leaves a point with the throughput beta * factor.
-fn leave_point(p: vec3f, n: vec3f, radius: f32, kind: u32, g: f32) {
-    let at = rest_of_point(point_slot);
+// Leaves a visible point where the path scatters.
+fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function, Bsdf>) {
+    let p = (*at).s.p;
+    let in_medium = (*at).extinction > 0.0;
+    let first = rest_of_point(point_slot);
     let next = atomicExchange(&heads[cell_head(cell_of(p), pass_of_path)], point_slot + 1u);
     store_PointLink_at(point_slot, PointLink(p.x, p.y, p.z, next));
-    let about = kind | min(path.depth, 0x7fffu) << 16u | min(path.lane, 255u) << 8u | pass_of_path;
-    store_VisiblePoint_at(at, VisiblePoint(vec4f(n, radius), sampled_pixel, about, bitcast<u32>(g), path.joins / f32(params.light_paths)));
-#if SHEEN
-    store_PointSheen_at(at + TEXELS_OF_VisiblePoint, PointSheen(select(sheen, NONE, kind == FOG_POINT), sheen_entered, 0u, 0u));
+    let about = select(0u, FOG_POINT, in_medium) | min(path.depth, 0x7fffu) << 16u | min(path.lane, 255u) << 8u | pass_of_path;
+    var medium_or_coat = 0u;
+#if COAT
+    medium_or_coat = (*b).coat + 1u;
 #endif
-}
-
-fn store_throughput(k: u32, throughput: vec4f) {
-    store_points(rest_of_point(point_slot) + POINT_HEAD + k, throughput);
+#if SCATTERING
+    medium_or_coat = select(medium_or_coat, bitcast<u32>((*b).m.alpha), in_medium);
+#endif
+    let normal = select((*at).ns, ray.d, in_medium);
+    let connection = path.joins / f32(params.light_paths);
+    store_VisiblePoint_at(first, VisiblePoint(vec4f(normal, gather_radius(path.length)), sampled_pixel, about, medium_or_coat, connection));
+#if SHEEN
+    store_PointSheen_at(first + TEXELS_OF_VisiblePoint, PointSheen((*b).sheen, (*b).sheen_entered, 0u, 0u));
+#endif
+    for (var k = 0u; k < LANES4; k++) {
+        var throughput = beta[k];
+#if DIFFUSE
+        throughput *= select(INV_PI * diffuse_reflectance(b, k), vec4f(1.0), in_medium);
+#endif
+#if SCATTERING
+        // Light paths bring the scattering coefficient a second time.
+        let sigma_s = spectrum((*b).m.a, k);
+        throughput *= select(vec4f(1.0), select(vec4f(0.0), 1.0 / sigma_s, sigma_s > vec4f(0.0)), in_medium);
+#endif
+        store_points(first + POINT_HEAD + k, throughput);
+    }
 }
 #else
 @group(0) @binding(16) var points: Table<vec4f, PointLink, VisiblePoint, PointSheen>;
@@ -121,17 +150,17 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         let gathered = path.emission * safe_ratio(measure * camera.cos_from, camera.reverse);
         let others = camera_density_at(camera, number) + path.emission * point.connection;
 #if COAT
-        let over_point = select(point.medium_or_coat - 1u, NONE, in_fog);
-        let coat_there = load_Material(select(over_point, 0u, over_point == NONE));
-        look_at_coat(coat_there);
-        look_through_coat(coat_there, min(abs(dot(normal, ray.d)), 1.0));
+        var there: Bsdf;
+        there.coat = select(point.medium_or_coat - 1u, NONE, in_fog);
+        look_at_coat(&there, load_Material(select(there.coat, 0u, there.coat == NONE)));
+        var out = coat_transmittance(&there, min(abs(dot(normal, ray.d)), 1.0));
 #endif
         let kernel = select(measure, measure / v.extinction, in_fog);
         let w = factor / (kernel * (1.0 + safe_ratio(others, gathered)));
         for (var k = 0u; k < LANES4; k++) {
             pending[k] = w * beta[k] * load_points(at + POINT_HEAD + k);
 #if COAT
-            pending[k] *= select(coat_share[k], vec4f(1.0), over_point == NONE);
+            pending[k] *= if_coated(&there, out[k]);
 #endif
         }
         let pixel = point.pixel;
@@ -141,21 +170,8 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
 }
 #endif
 
+#if LIGHT_PATHS
 #if DIFFUSE
-#if CAMERA_PATHS
-fn leave_point_at_surface(p: vec3f, ns: vec3f, m: Material) {
-    if (path.view == VIEW_BENT) {
-#if COAT
-        leave_point(p, ns, gather_radius(path.length), 0u, bitcast<f32>(coat + 1u));
-#else
-        leave_point(p, ns, gather_radius(path.length), 0u, 0.0);
-#endif
-        for (var k = 0u; k < LANES4; k++) {
-            store_throughput(k, INV_PI * beta[k] * paint_of(m, k));
-        }
-    }
-}
-#else
 // What arrives at a surface that may be diffuse is gathered before chance decides what the surface is: the points know which part of a mixture they are of.
 fn gather_at_surface(ray: Ray, s: Surface) {
     let flip = select(1.0, -1.0, dot(ray.d, s.n) > 0.0);
@@ -166,21 +182,12 @@ fn gather_at_surface(ray: Ray, s: Surface) {
     }
 }
 #endif
-#endif
 
 #if SCATTERING
-fn gather_in_fog(ray: Ray, p: vec3f, m: Interior, extinction: f32) {
-#if CAMERA_PATHS
-    if (path.view == VIEW_BENT) {
-        leave_point(p, ray.d, gather_radius(path.length), FOG_POINT, m.g);
-        for (var k = 0u; k < LANES4; k++) {
-            // Light paths bring the scattering coefficient a second time.
-            let sigma_s = spectrum(m.sigma_s_row, k);
-            store_throughput(k, select(vec4f(0.0), beta[k] / sigma_s, sigma_s > vec4f(0.0)));
-        }
+fn gather_in_medium(ray: Ray, at: ptr<function, Interaction>) {
+    if (path.depth < params.max_depth) {
+        gather(ray, Vertex((*at).s.p, 1.0, 1.0, 0.0, 0.0, false, (*at).extinction), path.depth + 1u, vec3f(0.0), vec3f(0.0));
     }
-#else
-    gather(ray, Vertex(p, 1.0, 1.0, 0.0, 0.0, false, extinction), path.depth, vec3f(0.0), vec3f(0.0));
-#endif
 }
+#endif
 #endif

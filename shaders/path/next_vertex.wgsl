@@ -1,64 +1,34 @@
 // A path from vertex to vertex: free flight, emission, the boundaries of volumes, and what happens when a ray escapes.
-
-struct Path {
-    ended: bool,
-    in_shadow: bool, // the ray at hand is a light sample's; `next_ray` waits
-    connects: bool, // nothing was in its way
-    depth: u32, // scattering events so far
-    pdf: f32, // of the present direction per solid angle; negative if no light sample could have made it
-    last_vertex: vec3f, // where that direction was chosen
-    crossings: u32, // surfaces passed straight through; bounds the loop
-    lane: u32, // the one wavelength left after a dispersive refraction, or NONE
-    start: f32, // mean throughput at the start
-#if CAUSTICS
-    length: f32, // way so far; of a light path, from the last vertex at which it could be gathered
-#if CAMERA_PATHS
-    joins: f32, // density of light paths for this one, over that of emission (techniques.wgsl)
-    view: u32, // VIEW_*: what lies between the sensor and the path's end
-#else
-    at_joints: f32, // what the throughput is worth at joints to the sensor, over what it is worth at visible points
-    emission: f32, // number of light paths times the density of emission
-    chance: f32, // density of camera paths that hit or sample the light
-    gathers: f32, // cosine over pdf for a camera path at the last vertex at which this one could be gathered, or 0
-    extinction: f32, // of the fog there
-    light: u32,
-    light_texel: u32, // of an environment picture
-    light_normal: vec3f,
+#include "common/params.wgsl"
+#include "common/counters.wgsl"
+#include "geometry/trace.wgsl"
+#include "geometry/surface.wgsl"
+#if TEXTURES
+#include "geometry/texture.wgsl"
 #endif
+#include "bsdf/material.wgsl"
+#include "bsdf/bsdf.wgsl"
+#if INTERIORS
+#include "medium/interiors.wgsl"
 #endif
-}
-
-const VIEW_DIRECT = 0u; // nothing
-const VIEW_BENT = 1u; // metal or glass only
-const VIEW_SCATTERED = 2u;
-
-var<private> path: Path;
-
-#if CONNECT
-var<private> next_ray: Ray; // the path's next segment, while its shadow ray is under way
-#if PASS_THROUGH
-var<private> shadow_inside: vec4u; // volumes that the shadow ray is in
+#if MEDIA
+#include "medium/homogeneous.wgsl"
 #endif
-#if CONTACT
-var<private> next_beside: Beside; // what lies beside the next segment's origin
+#if LIGHTS_PRESENT
+#include "light/lights.wgsl"
 #endif
+#include "path/state.wgsl"
+#include "path/mis.wgsl"
+#include "path/scatter.wgsl"
+#if GATHERED
+#include "path/merge.wgsl"
+#endif
+#if LIGHT_PATHS
+#include "sensor/connect.wgsl"
 #endif
 
-fn start_path(ray: Ray) {
-#if CONTACT
-    beside = NOTHING;
+#if LIGHT_PATHS
 #endif
-    path = Path();
-    path.pdf = -1.0;
-    path.last_vertex = ray.o;
-    path.lane = NONE;
-    path.start = sum_beta() / f32(LANES);
-}
-
-fn end_path(ray: Ray) -> Ray {
-    path.ended = true;
-    return ray;
-}
 
 #if INTERIORS || BOUNDARY
 // The same direction from beyond a surface that is not there. No event: depth, pdf and last vertex stay.
@@ -96,12 +66,6 @@ fn add_emission(ray: Ray, s: Surface) {
 #endif
 #endif
 
-// True for materials that are diffuse, or of which a part may be.
-fn scatters_diffusely(kind: u32) -> bool {
-    return kind == MATERIAL_KIND_DIFFUSE || kind == MATERIAL_KIND_MIX || kind == MATERIAL_KIND_COATED || kind == MATERIAL_KIND_GRADED
-        || kind == MATERIAL_KIND_SHEEN;
-}
-
 #if NORMAL_MAPS
 // What lies under a map of normals, which turns the normal of `s`.
 fn unmap_normals(first: u32, s: ptr<function, Surface>) -> u32 {
@@ -116,14 +80,16 @@ fn unmap_normals(first: u32, s: ptr<function, Surface>) -> u32 {
 
 #if COMPOSITE
 // The part of a composite material that this path (or its shadow ray) meets at `s`. The share that a mixture has of each wavelength goes into beta (or
-// pending), what a map of normals says into the shading normal.
-fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool) -> u32 {
+// pending), what a map of normals says into the shading normal, what lies over that part into `b`.
+fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool, b: ptr<function, Bsdf>) -> u32 {
     var index = first;
 #if COAT
-    coat = NONE;
+    (*b).coat = NONE;
+    var above_coat: Spectrum; // throughput of the path that arrives at it
 #endif
 #if SHEEN
-    sheen = NONE;
+    (*b).sheen = NONE;
+    var above_sheen: Spectrum;
 #endif
     for (var i = 0u; i < 12u; i++) {
         let m = load_Material(index);
@@ -139,7 +105,8 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool) -> u
             if (in_shadow) {
                 break;
             }
-            go_under_sheen(index);
+            (*b).sheen = index;
+            above_sheen = beta;
             index = m.b;
             continue;
         }
@@ -150,17 +117,19 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool) -> u
             if (in_shadow) {
                 break;
             }
-            go_under_coat(index);
+            (*b).coat = index;
+            above_coat = beta;
             index = m.b;
             continue;
         }
 #endif
 #if GRADED
         if (m.kind == MATERIAL_KIND_GRADED) {
-            look_at_surface(m, (*s).primitive, (*s).p);
+            (*b).m = m;
+            look_up_color(b, (*s).primitive, (*s).p);
             let first = m.c & 0xffffu;
             let last = m.c >> 16u;
-            let x = clamp(color_of(m, 0u).x * f32(ROUGHNESS_STEPS), f32(first), f32(last));
+            let x = clamp(color_of(b, 0u).x * f32(ROUGHNESS_STEPS), f32(first), f32(last));
             let level = min(u32(x), last - 1u);
             index = m.b + level + select(0u, 1u, next_1d() < x - f32(level));
             continue;
@@ -170,19 +139,20 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool) -> u
         if (m.kind != MATERIAL_KIND_MIX) {
             break;
         }
+        (*b).m = m;
 #if TEXTURES
-        look_at_surface(m, (*s).primitive, (*s).p);
+        look_up_color(b, (*s).primitive, (*s).p);
 #endif
         var share = 0.0;
         for (var k = 0u; k < LANES4; k++) {
-            share += dot(beta[k], color_of(m, k));
+            share += dot(beta[k], color_of(b, k));
         }
         let total = sum_beta();
         // Any probability strictly between 0 and 1 is right; that of the carried wavelengths is best.
         share = select(0.5, clamp(share / total, 0.001, 0.999), total > 0.0);
         let is_first = next_1d() < share;
         for (var k = 0u; k < LANES4; k++) {
-            let w = color_of(m, k);
+            let w = color_of(b, k);
             let factor = select((1.0 - w) / (1.0 - share), w / share, is_first);
             if (in_shadow) {
                 pending[k] *= factor;
@@ -196,29 +166,29 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool) -> u
 #endif
     }
     // Behind the loop, of which every turn costs all that is in it.
+    let mu = min(abs(dot((*s).arrival, (*s).ns)), 1.0);
 #if SHEEN
-    if (sheen != NONE && choose_sheen(min(abs(dot((*s).arrival, (*s).ns)), 1.0), next_1d())) {
-        index = sheen;
-        sheen = NONE;
+    if ((*b).sheen != NONE) {
+        let below = choose_sheen(b, &above_sheen, mu, next_1d());
+        if (below == 0.0) {
+            index = (*b).sheen;
+            (*b).sheen = NONE;
+        }
 #if COAT
-        coat = NONE;
+        (*b).coat = select((*b).coat, NONE, below == 0.0);
+        for (var k = 0u; k < LANES4; k++) {
+            above_coat[k] *= below;
+        }
 #endif
     }
 #endif
 #if COAT
-    if (coat != NONE && choose_coat(min(abs(dot((*s).arrival, (*s).ns)), 1.0), next_1d())) {
-        index = coat;
-        coat = NONE;
+    if ((*b).coat != NONE && choose_coat(b, &above_coat, mu, next_1d())) {
+        index = (*b).coat;
+        (*b).coat = NONE;
     }
 #endif
     return index;
-}
-#endif
-
-#if CONTACT
-fn is_opaque(kind: u32) -> bool {
-    return kind == MATERIAL_KIND_DIFFUSE || kind == MATERIAL_KIND_SMOOTH_CONDUCTOR || kind == MATERIAL_KIND_ROUGH_CONDUCTOR || kind == MATERIAL_KIND_COATED
-        || kind == MATERIAL_KIND_BRUSHED_CONDUCTOR || kind == MATERIAL_KIND_SHEEN;
 }
 #endif
 
@@ -251,30 +221,74 @@ fn is_crowded(sides: Sides) -> bool {
 }
 #endif
 
-// Takes the path over the segment that `hit` ends, and returns its next ray (a shadow ray if path.in_shadow).
-fn advance(ray: Ray, hit: Hit) -> Ray {
-    draw_event();
-#if LIGHT_PATHS
-#if CROSSINGS
-    record_crossing(ray, hit.t);
-#endif
-#endif
-#if MEDIA
-    let medium = ruling_interior(inside);
-    let t = fly(medium, hit.t);
-#if SCATTERING
-    if (t >= 0.0) {
-        return scatter_in_medium(ray, t, load_Interior(medium));
+// Counts an event at `p`; false if the path ends here, because it is too long.
+fn count_event(p: vec3f, bends: bool) -> bool {
+    if (path.depth >= params.max_depth) {
+        atomicAdd(&counters[COUNTER_TRUNCATED], 1u);
+        return false;
     }
+    path.depth += 1u;
+#if CAUSTICS
+    path.length += distance(p, path.last_vertex);
+#if CAMERA_PATHS
+    path.view = select(path.view, VIEW_BENT, bends && path.view == VIEW_DIRECT);
 #endif
 #endif
+    return true;
+}
+
+#if SCATTERING
+// Scattering at distance `t` of a ray, in the medium of interior `m`.
+fn in_medium(ray: Ray, t: f32, m: Interior) -> Interaction {
+    var at: Interaction;
+    at.bsdf.m.kind = MATERIAL_KIND_MEDIUM;
+    at.bsdf.m.alpha = m.g;
+    at.bsdf.m.a = m.sigma_s_row;
+    at.bsdf.m.texture = NONE;
+#if COAT
+    at.bsdf.coat = NONE;
+#endif
+#if SHEEN
+    at.bsdf.sheen = NONE;
+#endif
+    at.s.p = ray.o + t * ray.d;
+    at.s.on_ray = at.s.p;
+    at.s.n = ray.d;
+    at.s.primitive = NONE;
+    at.n = ray.d;
+    at.ns = ray.d;
+    at.cos_from = 1.0;
+#if CAUSTICS
+    for (var k = 0u; k < LANES4; k++) {
+        at.extinction = max(at.extinction, max4(sigma_t(m, k)));
+    }
+#else
+    at.extinction = 1.0;
+#endif
+    at.here = inside;
+    at.beyond = inside;
+#if CONTACT
+    beside = NOTHING;
+#endif
+    return at;
+}
+#endif
+
+// What a path finds where it meets something.
+struct Met {
+    scatters: bool, // or else `ray` is the path's next one
+    ray: Ray,
+}
+
+// Emission, and which material scatters the path at `hit`, if one does.
+fn meet_surface(ray: Ray, hit: Hit, at: ptr<function, Interaction>) -> Met {
     if (hit.primitive == NONE) {
 #if CAMERA_PATHS
 #if LIGHT_ENVIRONMENT
         add_environment(ray.d);
 #endif
 #endif
-        return end_path(ray);
+        return Met(false, end_path(ray));
     }
     var s = surface_at(ray, hit);
 #if CAMERA_PATHS
@@ -286,6 +300,7 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
 #endif
     var seen = hit.primitive;
     var index = material_of(seen);
+    var b: Bsdf;
 #if NORMAL_MAPS
     index = unmap_normals(index, &s);
 #endif
@@ -295,7 +310,7 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
     }
 #endif
 #if COMPOSITE
-    index = resolve_material(index, &s, false);
+    index = resolve_material(index, &s, false, &b);
 #endif
 #if CONTACT
     if (hit.contact != NONE && load_Material(index).interior != NONE) {
@@ -303,43 +318,99 @@ fn advance(ray: Ray, hit: Hit) -> Ray {
         var other = material_of(hit.contact);
 #if COMPOSITE
         var touching = surface_at(ray, at_contact(ray, hit));
-        other = resolve_material(other, &touching, false);
+        var c: Bsdf;
+        other = resolve_material(other, &touching, false, &c);
 #endif
         let is_seen = is_opaque(load_Material(other).kind);
         seen = select(seen, hit.contact, is_seen);
         index = select(index, other, is_seen);
+#if COMPOSITE
+        if (is_seen) {
+            b = c;
+        }
+#endif
     }
 #endif
     let m = load_Material(index);
+    b.m = m;
 #if INTERIORS
+    (*at).here = inside;
+    (*at).beyond = inside;
     if (m.interior != NONE) {
         let sides = cross_surface(inside, ray, s, m.interior, hit);
         if (is_crowded(sides)) {
-            return end_path(ray);
+            return Met(false, end_path(ray));
         }
         if (is_invisible(m, sides)) {
             inside = sides.beyond;
-            return pass_through(ray, s);
+            return Met(false, pass_through(ray, s));
         }
 #if DIELECTRIC
-        return scatter_at_dielectric(ray, s, m, sides);
+        let near = load_Interior(ruling_interior(sides.here));
+        let far = load_Interior(ruling_interior(sides.beyond));
+        b.near_row = near.eta_row;
+        b.far_row = far.eta_row;
+        b.dispersive = (near.dispersive | far.dispersive) != 0u;
+        (*at).here = sides.here;
+        (*at).beyond = sides.beyond;
 #else
-        return end_path(ray);
+        return Met(false, end_path(ray));
 #endif
     }
 #endif
 #if BOUNDARY
     if (m.kind == MATERIAL_KIND_BOUNDARY) {
-        return pass_through(ray, s);
+        return Met(false, pass_through(ray, s));
     }
 #endif
-    if (!count_event(s.p, m.kind != MATERIAL_KIND_DIFFUSE)) {
+#if TEXTURES
+    look_up_color(&b, seen, s.p);
+#endif
+    // Normals on the side that the path comes from.
+    let flip = select(1.0, -1.0, dot(ray.d, s.n) > 0.0);
+    (*at).bsdf = b;
+    (*at).s = s;
+    (*at).n = flip * s.n;
+    (*at).ns = flip * s.ns;
+    (*at).cos_from = -dot(ray.d, (*at).ns);
+    return Met(true, ray);
+}
+
+// Takes the path over the segment that `hit` ends, and returns its next ray (that of a connection if path.in_shadow).
+fn next_vertex(ray: Ray, hit: Hit) -> Ray {
+    draw_event();
+#if LIGHT_PATHS
+#if CROSSINGS
+    record_crossing(ray, hit.t);
+#endif
+#endif
+    var at: Interaction;
+    var scatters_before = false;
+#if MEDIA
+    let medium = ruling_interior(inside);
+    let t = sample_free_flight(medium, hit.t);
+#if SCATTERING
+    scatters_before = t >= 0.0;
+    if (scatters_before) {
+        at = in_medium(ray, t, load_Interior(medium));
+#if LIGHT_PATHS
+#if GATHERED
+        gather_in_medium(ray, &at);
+#endif
+#endif
+    }
+#endif
+#endif
+    if (!scatters_before) {
+        let met = meet_surface(ray, hit, &at);
+        if (!met.scatters) {
+            return met.ray;
+        }
+    }
+    if (!count_event(at.s.p, !is_merging(at.bsdf.m.kind))) {
         return end_path(ray);
     }
-#if TEXTURES
-    look_at_surface(m, seen, s.p);
-#endif
-    return scatter_at_surface(ray, s, m);
+    return scatter(ray, &at);
 }
 
 #if CONNECT
@@ -354,7 +425,8 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
         var s = surface_at(ray, hit);
         var index = material_of(hit.primitive);
 #if COMPOSITE
-        index = resolve_material(index, &s, true);
+        var unseen: Bsdf;
+        index = resolve_material(index, &s, true, &unseen);
 #endif
         var m = load_Material(index);
 #if CONTACT
@@ -414,7 +486,7 @@ fn next_event(from_vertex: Ray) -> Ray {
     // Paths that leave an irradiance sensor begin with a light sample.
     if (!path.in_shadow) {
         rays_traced += 1u;
-        ray = advance(ray, trace(ray));
+        ray = next_vertex(ray, trace(ray));
     }
     while (path.in_shadow) {
         rays_traced += 1u;
@@ -431,7 +503,7 @@ fn next_event(from_vertex: Ray) -> Ray {
     }
 #else
     rays_traced += 1u;
-    ray = advance(ray, trace(ray));
+    ray = next_vertex(ray, trace(ray));
 #endif
     return ray;
 }
