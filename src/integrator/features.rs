@@ -96,12 +96,6 @@ features! {
     Coat "COAT" in Materials as "clear coats" if |n| n.has(Feature::SmoothCoat) || n.has(Feature::RoughCoat);
     /// Sheen of cloth.
     Sheen "SHEEN" in Materials as "sheen" if |n| n.material(|m| matches!(m, Material::Sheen { .. }));
-    /// Lobes with a width: rough metal, rough coats, sheen.
-    Glossy "GLOSSY" if |n| n.has(Feature::RoughConductor) || n.has(Feature::RoughCoat) || n.has(Feature::Sheen);
-    /// What has energy tables.
-    Rough "ROUGH" if |n| {
-        n.has(Feature::RoughDielectric) || n.has(Feature::RoughConductor) || n.has(Feature::Coat) || n.has(Feature::Sheen)
-    };
     /// What reflects by Fresnel's equations.
     Fresnel "FRESNEL" if |n| {
         n.has(Feature::Dielectric) || n.has(Feature::ThinDielectric) || n.has(Feature::Conductor) || n.has(Feature::Coat)
@@ -338,10 +332,8 @@ impl<'a> Needs<'a> {
 
     /// Something scatters light into directions that a connection can take.
     fn scatters(&self) -> bool {
-        self.has(Feature::Diffuse)
-            || self.has(Feature::Scattering)
-            || self.has(Feature::RoughDielectric)
-            || self.has(Feature::Glossy)
+        let lobes = [Feature::RoughDielectric, Feature::RoughConductor, Feature::RoughCoat, Feature::Sheen];
+        self.has(Feature::Diffuse) || self.has(Feature::Scattering) || lobes.iter().any(|&f| self.has(f))
     }
 }
 

@@ -9,6 +9,8 @@ use abbe::gpu::scene::GpuScene;
 use abbe::gpu::{Gpu, Kernel};
 use abbe::integrator::{GpuIntegrator, Plan, Techniques};
 use abbe::render::Integrator;
+use abbe::scene::Texture;
+use abbe::spectrum::Spectrum;
 use glam::Vec4;
 use serde_json::json;
 
@@ -183,7 +185,11 @@ fn too_bright_a_lamp_and_too_short_a_path_are_counted() {
     };
     let fine = count(&lamp(1.0, 64));
     assert_eq!((fine.dropped(), fine.truncated), (0, 0), "{fine:?}");
-    let bright = count(&lamp(1e30, 64));
+    // A scene file with such a lamp is refused.
+    let mut bright = lamp(1.0, 64);
+    let lit = bright.shapes.iter_mut().find_map(|shape| shape.emission.as_mut()).expect("the lamp");
+    lit.radiance = Texture::Uniform(Spectrum::Constant(1e30));
+    let bright = count(&bright);
     assert!(bright.dropped_saturated > 0, "{bright:?}");
     let short = count(&lamp(1.0, 1));
     assert!(short.truncated > 0 && short.truncated <= short.paths, "{short:?}");
