@@ -2,7 +2,7 @@
 //! the wavelengths, one path for each of them. What an estimator records on the way is its [`Observer`]'s business.
 
 use super::Stage;
-use super::interiors::{Crossing, bare, cross, ruling};
+use super::interiors::{Crossing, cross, ruling};
 use super::material::{Bsdf, Over, Surface, Transport, straight_share};
 use super::medium::Medium;
 use super::rng::Rng;
@@ -365,8 +365,8 @@ impl Stage {
                 return share;
             }
             let met: Vec<(&Hit, usize)> =
-                hits.iter().map(|h| (h, bare(&self.scene, self.scene.shapes[h.shape].material))).collect();
-            for (hit, _) in met.iter().filter(|(_, m)| !matches!(self.scene.materials[*m], Material::Dielectric { .. })) {
+                hits.iter().map(|h| (h, self.scene.bare(self.scene.shapes[h.shape].material))).collect();
+            for (hit, _) in met.iter().filter(|(_, m)| self.scene.materials[*m].interface().is_none()) {
                 let cos = ray.dir.dot(hit.ns).abs();
                 share.iter_mut().zip(lanes).for_each(|(s, l)| {
                     *s *= straight_share(&self.scene, self.scene.shapes[hit.shape].material, cos, hit.uv, l.nm)

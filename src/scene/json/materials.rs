@@ -54,7 +54,7 @@ impl Materials {
         for (index, (name, _)) in nodes.iter().enumerate() {
             loader.names.insert(name.to_string(), index);
             // Its place: materials may add others of no name.
-            loader.scene.materials.push(Material::Boundary { interior: None });
+            loader.scene.materials.push(Material::NOTHING);
         }
         for (index, (name, node)) in nodes.iter().enumerate() {
             node.object("material")?;
@@ -197,10 +197,11 @@ impl Interior {
 }
 
 impl Loader {
-    /// Puts a film on the material at this index, or on all the levels of its roughness.
+    /// Puts a film on the material at this index, or on what it is made of.
     pub(in crate::scene) fn put_film(&mut self, index: usize, film: &Film) {
-        let filmed = self.scene.levels(index);
-        self.scene.films.extend(filmed.map(|i| (i, film.clone())));
+        let simple = |i: &usize| self.scene.materials[*i].parts().is_empty();
+        let filmed: Vec<usize> = self.scene.made_of(index).into_iter().filter(simple).collect();
+        self.scene.films.extend(filmed.into_iter().map(|i| (i, film.clone())));
     }
 
     /// The index of the material that `node` names.
