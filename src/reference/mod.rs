@@ -29,7 +29,7 @@ use crate::film::Film;
 use crate::film::first_hits::{Albedo, FirstHits};
 use crate::geometry::world::{Ray, World};
 use crate::render::{Integrator, Renderer};
-use crate::scene::{Estimator, Grain, Material, Scene, Sensor, WavelengthSampling, inside};
+use crate::scene::{Estimator, Grain, Scene, Sensor, WavelengthSampling, inside};
 use crate::spectrum::library::{self, Cmf, Observer};
 use crate::stats::BatchStats;
 use glam::DVec3;
@@ -102,10 +102,6 @@ impl ReferenceIntegrator {
                 energy.push(Energy { alpha, grain, dielectric, conductor, coat });
             }
         }
-        let sheens = scene.materials.iter().enumerate().filter_map(|(i, m)| match m {
-            Material::Sheen { color, alpha, .. } => Some((i, scene.sheen(color, *alpha))),
-            _ => None,
-        });
         let interiors_at_eye = match scene.sensor {
             Sensor::Perspective { eye, .. } => inside::interiors_at(scene, &world, Ray::new(eye, inside::up()), vec![]),
             _ => vec![],
@@ -119,7 +115,7 @@ impl ReferenceIntegrator {
             scene: scene.clone(),
             world,
             energy,
-            sheens: sheens.collect(),
+            sheens: material::sheens(scene),
             seed,
         };
         Ok(Self { stage, estimator })
