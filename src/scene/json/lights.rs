@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::scene::Light;
 use crate::scene::json::Node;
-use crate::scene::json::keys::LIGHTS;
+use crate::scene::json::keys::Keys;
 use crate::scene::json::load::Loader;
 use crate::scene::json::units::Source;
 use crate::scene::lamp::environment;
@@ -13,6 +13,21 @@ use crate::scene::light::spot_solid_angle;
 use crate::spectrum::Spectrum;
 use glam::DVec3;
 use std::f64::consts::PI;
+
+/// Kinds of light that are not shapes.
+const LIGHTS: &[&str] = &["point", "spot", "beam", "laser", "sun", "constant", "image"];
+
+/// The keys of lights.
+pub(super) const KEYS: Keys = &[
+    ("light", LIGHTS),
+    ("point", &["position", "intensity"]),
+    ("spot", &["position", "direction", "intensity", "inner_deg", "outer_deg", "profile", "rotate_deg"]),
+    ("beam", &["origin", "direction", "radius", "irradiance"]),
+    ("laser", &["origin", "direction", "radius", "power_W", "wavelength_nm", "width_nm"]),
+    ("sun", &["direction", "angle_deg", "irradiance"]),
+    ("constant", &["radiance"]),
+    ("image", &["file", "scale", "transform"]),
+];
 
 impl Loader {
     /// Reads `lights`.

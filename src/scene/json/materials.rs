@@ -4,12 +4,48 @@ use crate::bsdf::sheen::LEAST;
 use crate::error::{Result, quoted, suggest};
 use crate::scene::grain::grain;
 use crate::scene::json::Node;
-use crate::scene::json::keys::MATERIALS;
+use crate::scene::json::keys::Keys;
 use crate::scene::json::load::Loader;
 use crate::scene::json::spectra::Place;
 use crate::scene::{Film, Interior, Material};
 use crate::spectrum::{Ior, Spectrum, library};
 use std::collections::HashMap;
+
+/// Kinds of material.
+const MATERIALS: &[&str] =
+    &["diffuse", "dielectric", "thin_dielectric", "conductor", "coated", "sheen", "mix", "boundary", "normal_map"];
+
+/// The keys of materials, and of what a glTF file's material is replaced with.
+pub(super) const KEYS: Keys = &[
+    ("material", MATERIALS),
+    ("diffuse", &["reflectance"]),
+    ("dielectric", &["ior", "alpha", "roughness", "thin_film", "absorption", "medium", "priority"]),
+    ("thin_dielectric", &["ior", "thickness"]),
+    ("conductor", &["metal", "eta", "k", "reflectance", "alpha", "roughness", "anisotropy", "thin_film"]),
+    ("anisotropy", &["strength", "rotation_deg"]),
+    ("thin_film", &["thickness", "ior"]),
+    ("coated", &["of", "ior", "alpha", "roughness"]),
+    ("sheen", &["of", "color", "alpha", "roughness"]),
+    ("mix", &["a", "b", "weight"]),
+    ("boundary", &["medium", "ior", "priority"]),
+    ("normal_map", &["of", "texture", "tiles", "wrap", "filter", "strength"]),
+    (
+        "override",
+        &[
+            "diffuse",
+            "dielectric",
+            "thin_dielectric",
+            "conductor",
+            "coated",
+            "sheen",
+            "mix",
+            "boundary",
+            "normal_map",
+            "use",
+            "emission",
+        ],
+    ),
+];
 
 /// Thickest film, nm: in thicker ones the colours of neighbouring wavelengths run into each other.
 pub(in crate::scene) const THICKEST_FILM: f64 = 10_000.0;
