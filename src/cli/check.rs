@@ -93,7 +93,7 @@ fn explain(scene: &Scene, plan: &Plan) -> Vec<String> {
         volumes.push(format!("volume {:?}: {}", interior.name, parts.join(", ")));
     }
     lines.extend(few(volumes, "volumes"));
-    let panes = scene.materials.iter().filter_map(|m| if let Material::ThinDielectric { ior } = m { Some(ior) } else { None });
+    let panes = scene.materials.iter().filter_map(Material::pane);
     lines.extend(few(panes.map(|ior| format!("thin panes: {}", index(ior, bins.min_nm, bins.max_nm))), "thin panes"));
     if plan.texture_bytes > 0 {
         lines.push(format!("pictures on surfaces: {:.1} MiB of spectra", plan.texture_bytes as f64 / 1048576.0));

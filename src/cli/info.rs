@@ -6,7 +6,7 @@ use super::quantity::Quantity;
 use super::{Done, Outcome, print::out};
 use crate::error::{Error, Result};
 use crate::output::{SpectralImage, open_plain};
-use crate::scene::{Geometry, Light, Scene, Sensor, luminous_flux_lm};
+use crate::scene::{Geometry, Light, Scene, Sensor};
 use serde_json::{Value, json};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -162,14 +162,6 @@ pub fn sensor_name(sensor: &Sensor) -> &'static str {
 
 /// A light, in words, with its flux where it has a place.
 pub fn light_name(light: &Light) -> String {
-    let kind = match light {
-        Light::Point { .. } => "point",
-        Light::Spot { .. } => "spot",
-        Light::Profile { .. } => "spot by a profile",
-        Light::Beam { .. } => "beam",
-        Light::Sun { .. } => "sun",
-        Light::Constant { .. } => "constant environment",
-        Light::Image(_) => "image environment",
-    };
-    luminous_flux_lm(light).map_or_else(|| kind.into(), |lm| format!("{kind} of {lm:.1} lm"))
+    let kind = light.name();
+    light.luminous_flux_lm().map_or_else(|| kind.into(), |lm| format!("{kind} of {lm:.1} lm"))
 }

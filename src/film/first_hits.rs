@@ -1,10 +1,9 @@
 //! What the rays of every pixel meet first: depth, normal and albedo, which denoisers and compositors ask for. Fog hides nothing, and what is no
 //! surface (boundaries, volumes inside others that rule over them) is passed through.
 
-use crate::bsdf::fresnel;
 use crate::color::convert::xyz_of_linear_srgb;
 use crate::color::upsample::color_of_reflectance;
-use crate::scene::{Material, Scene};
+use crate::scene::Scene;
 
 /// Sums over samples of one pixel: normal (world space, of length 1, on the side that is seen), distance along the ray in m, albedo, and the number
 /// of samples that met a surface.
@@ -61,34 +60,12 @@ pub struct Albedo {
 
 /// Albedos of all materials of a scene.
 pub fn albedos(scene: &Scene) -> Vec<Albedo> {
-    let of = |material: &Material| {
-        let reflected = color_of_reflectance(|nm| parts(scene, material, nm)[0]);
+    let of = |material: usize| {
+        let reflected = color_of_reflectance(|nm| scene.albedo(material, nm)[0]);
         // Its luminance counts where it depends on wavelength.
-        let [_, presence, _] = xyz_of_linear_srgb(color_of_reflectance(|nm| parts(scene, material, nm)[1]));
+        let [_, presence, _] = xyz_of_linear_srgb(color_of_reflectance(|nm| scene.albedo(material, nm)[1]));
         let rgb = if presence > 0.0 { reflected.map(|v| v / presence) } else { [0.0; 3] };
         Albedo { rgb, presence }
     };
-    scene.materials.iter().map(of).collect()
-}
-
-/// Reflectance of a material at `nm`, and how much of it is there.
-fn parts(scene: &Scene, material: &Material, nm: f64) -> [f64; 2] {
-    match material {
-        Material::Diffuse { reflectance } => [reflectance.average(nm), 1.0],
-        Material::Dielectric { .. } | Material::ThinDielectric { .. } => [1.0, 1.0],
-        Material::Conductor { eta, k, .. } => {
-            let around = scene.interiors[0].ior.eval(nm);
-            [fresnel::conductor(1.0, eta.eval(nm) / around, k.eval(nm) / around), 1.0]
-        }
-        Material::Mix { a, b, weight } => {
-            let (w, a, b) = (weight.average(nm), parts(scene, &scene.materials[*a], nm), parts(scene, &scene.materials[*b], nm));
-            std::array::from_fn(|i| w * a[i] + (1.0 - w) * b[i])
-        }
-        Material::ColoredConductor { reflectance, .. } => [reflectance.average(nm), 1.0],
-        Material::NormalMapped { base, .. }
-        | Material::Coated { base, .. }
-        | Material::Sheen { base, .. }
-        | Material::Graded { first: base, .. } => parts(scene, &scene.materials[*base], nm),
-        Material::Boundary { .. } => [0.0, 0.0],
-    }
+    (0..scene.materials.len()).map(of).collect()
 }

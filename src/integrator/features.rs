@@ -113,13 +113,7 @@ features! {
         n.scene.shapes.iter().any(|s| s.emission.as_ref().is_some_and(|e| e.radiance.image().is_some()))
     };
     /// Pictures on surfaces.
-    Textures "TEXTURES" in Materials as "textures" if |n| n.has(Feature::LightTextures) || n.material(|m| match m {
-        Material::Diffuse { reflectance: texture }
-        | Material::ColoredConductor { reflectance: texture, .. }
-        | Material::Mix { weight: texture, .. } => texture.image().is_some(),
-        Material::Graded { .. } | Material::NormalMapped { .. } => true,
-        _ => false,
-    });
+    Textures "TEXTURES" in Materials as "textures" if |n| n.has(Feature::LightTextures) || n.material(|m| m.image().is_some());
     /// Materials made of others.
     Composite "COMPOSITE" if |n| {
         n.has(Feature::Coat) || n.has(Feature::Sheen) || n.has(Feature::Graded) || n.has(Feature::Mix) || n.has(Feature::NormalMaps)
@@ -349,14 +343,7 @@ fn used_materials(scene: &Scene) -> Vec<usize> {
     while let Some(m) = todo.pop() {
         if !std::mem::replace(&mut is_used[m], true) {
             used.push(m);
-            match scene.materials[m] {
-                Material::Mix { a, b, .. } => todo.extend([a, b]),
-                Material::NormalMapped { base, .. } | Material::Coated { base, .. } | Material::Sheen { base, .. } => {
-                    todo.push(base)
-                }
-                Material::Graded { first, ref levels, .. } => todo.extend(first..first + levels.len()),
-                _ => {}
-            }
+            todo.extend(scene.materials[m].parts());
         }
     }
     used

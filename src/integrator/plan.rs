@@ -139,25 +139,18 @@ fn blind_spots(scene: &Scene, features: Features) -> Vec<String> {
         has(Feature::LightsPresent) && !has(Feature::Chance),
         "lamps seen straight or through metal and glass: chance hits are switched off",
     );
-    for light in &scene.lights {
-        let kind = match light {
-            Light::Point { .. } => "point lights",
-            Light::Spot { .. } | Light::Profile { .. } => "spot lights",
-            Light::Beam { .. } => "parallel beams",
-            Light::Sun { cos_angle, .. } if *cos_angle >= 1.0 => "suns of no angular size",
-            _ => continue,
-        };
-        missing(!has(Feature::LightSamples), &format!("{kind} on what scatters them: light samples are switched off"));
+    for kind in scene.lights.iter().filter(|light| light.is_delta()).map(Light::name) {
+        missing(!has(Feature::LightSamples), &format!("{kind}s on what scatters them: light samples are switched off"));
         missing(
             bends && !has(Feature::Joined),
             &format!(
-                "caustics of {kind} on what is seen directly: a path cannot hit a light of no size, and light paths are switched off"
+                "caustics of {kind}s on what is seen directly: a path cannot hit a light of no size, and light paths are switched off"
             ),
         );
         missing(
             bends && camera && !has(Feature::Gathered),
             &format!(
-                "caustics of {kind} seen through glass or in mirrors: a path cannot hit a light of no size, and nothing is gathered"
+                "caustics of {kind}s seen through glass or in mirrors: a path cannot hit a light of no size, and nothing is gathered"
             ),
         );
     }

@@ -127,12 +127,7 @@ impl Wavelengths {
 fn emission(scene: &Scene) -> Vec<(f64, Spectrum)> {
     let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
     let shapes = scene.shapes.iter().filter_map(|s| s.emission.as_ref().map(|e| e.radiance.shape()));
-    let lights = scene.lights.iter().map(|l| match l {
-        Light::Point { intensity, .. } | Light::Spot { intensity, .. } | Light::Profile { intensity, .. } => intensity,
-        Light::Beam { irradiance, .. } | Light::Sun { irradiance, .. } => irradiance,
-        Light::Constant { radiance } => radiance,
-        Light::Image(map) => &map.illuminant,
-    });
+    let lights = scene.lights.iter().map(Light::spectrum);
     let mut out: Vec<(f64, Spectrum)> = Vec::new();
     for s in shapes.chain(lights) {
         let mean = s.mean(lo, hi);

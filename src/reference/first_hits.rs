@@ -1,12 +1,12 @@
 //! What rays meet first, in double precision.
 
 use super::Stage;
-use super::interiors::{Crossing, bare, cross};
+use super::interiors::{Crossing, cross};
 use super::rng::Rng;
 use super::sensor::sample_view;
 use crate::film::first_hits::{Albedo, FirstHits, Sums};
 use crate::geometry::world::{Hit, Ray};
-use crate::scene::inside::{MAX_STRAIGHT, interior_of};
+use crate::scene::inside::MAX_STRAIGHT;
 use rayon::prelude::*;
 
 impl Stage {
@@ -34,11 +34,11 @@ impl Stage {
         for _ in 0..=MAX_STRAIGHT {
             let hits = self.world.intersect(&ray);
             let met: Vec<(&Hit, usize)> =
-                hits.iter().map(|h| (h, bare(&self.scene, self.scene.shapes[h.shape].material))).collect();
+                hits.iter().map(|h| (h, self.scene.bare(self.scene.shapes[h.shape].material))).collect();
             let albedo = |hit: &Hit| albedos[self.scene.shapes[hit.shape].material];
             let seen = |hit: &Hit| Hit { ns: if ray.dir.dot(hit.ng) > 0.0 { -hit.ns } else { hit.ns }, ..*hit };
             // Of surfaces that coincide the boundaries of volumes come last.
-            let others = met.iter().filter(|(_, material)| interior_of(&self.scene.materials[*material]).is_none());
+            let others = met.iter().filter(|(_, material)| self.scene.materials[*material].interior().is_none());
             if let Some((hit, _)) = others.into_iter().find(|(hit, _)| rng.next() < albedo(hit).presence) {
                 return Some((seen(hit), albedo(hit)));
             }

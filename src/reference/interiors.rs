@@ -4,17 +4,8 @@
 //! `interiors[0]`. Surfaces that coincide (glass on glass, a prism on the floor) are taken together, as optical contact.
 
 use crate::geometry::world::Hit;
-use crate::scene::inside::interior_of;
-use crate::scene::{Material, Scene};
+use crate::scene::Scene;
 use glam::DVec3;
-
-/// The material whose normals or roughness vary in this one, or else itself.
-pub(super) fn bare(scene: &Scene, material: usize) -> usize {
-    match scene.materials[material] {
-        Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => bare(scene, base),
-        _ => material,
-    }
-}
 
 /// The interior that rules where all of `inside` overlap.
 pub(super) fn ruling(scene: &Scene, inside: &[usize]) -> usize {
@@ -35,7 +26,7 @@ pub(super) fn cross<'a>(scene: &Scene, inside: &[usize], dir: DVec3, met: &[(&'a
     let (mut here, mut beyond) = (inside.to_vec(), inside.to_vec());
     let mut counted = Vec::new();
     for &(hit, material) in met {
-        let Some(interior) = interior_of(&scene.materials[material]) else { continue };
+        let Some(interior) = scene.materials[material].interior() else { continue };
         let entered = dir.dot(hit.ng) < 0.0;
         // Two triangles that share the edge the ray goes through are one surface.
         if counted.contains(&(hit.shape, entered)) {
@@ -61,8 +52,8 @@ pub(super) fn cross<'a>(scene: &Scene, inside: &[usize], dir: DVec3, met: &[(&'a
         _ => ruling(scene, &[near, far]),
     };
     let is_matched = scene.interiors[near].ior == scene.interiors[far].ior;
-    let interface = met.iter().find_map(|&(hit, material)| match scene.materials[material] {
-        Material::Dielectric { interior, alpha } if interior == owner && (!is_matched || scene.films.contains_key(&material)) => {
+    let interface = met.iter().find_map(|&(hit, material)| match scene.materials[material].interface() {
+        Some((interior, alpha)) if interior == owner && (!is_matched || scene.films.contains_key(&material)) => {
             Some(Crossing::Interface { hit, near, far, alpha })
         }
         _ => None,

@@ -143,7 +143,7 @@ impl Stage {
         };
         let inside = self.interiors_at(ray.origin);
         let mut path = Path::new(ray, lanes, inside);
-        if matches!(light.0, Light::Sun { .. } | Light::Constant { .. } | Light::Image(_)) {
+        if light.0.is_distant() {
             // Light that would have to come through an endless medium does not arrive.
             let medium = &self.scene.interiors[0];
             path.lanes.retain(|l| medium.sigma_a.eval(l.nm) + medium.sigma_s.eval(l.nm) == 0.0);
@@ -190,17 +190,6 @@ impl Stage {
             _ => 0.0,
         };
         self.scene.lights.iter().map(from).sum()
-    }
-}
-
-/// Lights that no ray can meet, by name.
-pub(super) fn without_size(light: &Light) -> Option<&'static str> {
-    match light {
-        Light::Point { .. } => Some("a point light"),
-        Light::Spot { .. } | Light::Profile { .. } => Some("a spot light"),
-        Light::Beam { .. } => Some("a parallel beam"),
-        Light::Sun { cos_angle, .. } if *cos_angle >= 1.0 => Some("a sun without size"),
-        _ => None,
     }
 }
 

@@ -1,7 +1,9 @@
-//! Scattering at a surface for all wavelengths of a path at once.
+//! Scattering at a surface for all wavelengths of a path at once: which surface it meets, of what material, and where light goes from there.
 
+use super::Stage;
+use super::interiors::{Crossing, cross, ruling};
 use super::rng::Rng;
-use super::walk::Lane;
+use super::walk::{Lane, Path};
 use crate::bsdf::coat::Coat;
 use crate::bsdf::conductor::RoughConductor;
 use crate::bsdf::dielectric::RoughDielectric;
@@ -12,8 +14,11 @@ use crate::bsdf::ggx::Width;
 use crate::bsdf::sample_cosine;
 use crate::bsdf::sheen::Sheen;
 use crate::geometry::world::Hit;
-use crate::scene::{Material, Scene};
-use glam::{DMat3, DVec2, DVec3, dvec3};
+use crate::scene::roughness::level_at;
+use crate::scene::{Film, Geometry, Grain, Material, Scene, direction_of_grain};
+use crate::spectrum::{Ior, Spectrum};
+use glam::{DMat3, DVec2, DVec3, DVec4, dvec3};
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 /// What the path carries: the factors at refractions and at shading normals differ (Veach 1997, sec. 5.2 and 5.3).
@@ -242,6 +247,153 @@ impl<'a> Surface<'a> {
             }
         }
     }
+}
+
+/// A surface that a path meets, mixtures decided.
+struct Met<'a> {
+    hit: Hit,
+    /// The index of its material.
+    index: usize,
+    material: &'a Material,
+    /// Index and GGX width of the coat on it.
+    coat: Option<(&'a Ior, f64)>,
+    sheen: Option<(&'a Sheen, &'a Spectrum)>,
+    film: Option<&'a Film>,
+    grain: Option<Grain>,
+}
+
+/// What scatters light there: where, how, and through what.
+pub(super) type Scatterer<'a> = (Hit, Bsdf<'a>, Over<'a>);
+
+impl Stage {
+    /// What the path meets at `hits`: the interiors beyond, and the scattering surface unless it goes straight through. Mixes are decided by
+    /// chance; of surfaces that coincide an opaque one counts before dielectrics.
+    pub(super) fn meet<'a>(&'a self, path: &mut Path, hits: &[Hit], rng: &mut Rng) -> (Vec<usize>, Option<Scatterer<'a>>) {
+        let met: Vec<Met> = hits.iter().map(|h| self.choose(*h, path, rng)).collect();
+        let values = |f: &dyn Fn(f64) -> f64| path.lanes.iter().map(|l| f(l.nm)).collect::<Vec<f64>>();
+        let outside = values(&|nm| self.scene.interiors[ruling(&self.scene, &path.inside)].ior.eval(nm));
+        for &Met { hit, material, coat, sheen, film, grain, .. } in &met {
+            let bsdf = match material {
+                Material::Diffuse { reflectance } => Bsdf::Diffuse(values(&|nm| reflectance.eval(nm, hit.uv))),
+                Material::ThinDielectric { ior } => {
+                    let stacks = film.map_or(vec![], |film| {
+                        let around = |(l, &n): (&Lane, &f64)| film.between(n, (n, 0.0), l.nm);
+                        path.lanes.iter().zip(&outside).map(around).collect()
+                    });
+                    Bsdf::Thin(values(&|nm| ior.eval(nm)), stacks)
+                }
+                Material::Conductor { eta, k, alpha } => {
+                    let around = coat.map_or(outside.clone(), |(ior, _)| values(&|nm| ior.eval(nm)));
+                    let of = |(l, n): (&Lane, &f64)| match film {
+                        Some(film) => Metal::Filmed(film.between(*n, (eta.eval(l.nm), k.eval(l.nm)), l.nm)),
+                        None => Metal::Index(eta.eval(l.nm) / n, k.eval(l.nm) / n),
+                    };
+                    self.metal(path.lanes.iter().zip(&around).map(of).collect(), *alpha, grain)
+                }
+                Material::ColoredConductor { reflectance, alpha } => {
+                    let of = |l: &Lane| Metal::Reflectance(reflectance.eval(l.nm, hit.uv));
+                    self.metal(path.lanes.iter().map(of).collect(), *alpha, grain)
+                }
+                _ => continue,
+            };
+            let of_lane = |(ior, alpha): (&Ior, f64), nm: f64, outside: f64| Coat {
+                eta: ior.eval(nm) / outside,
+                rough: self.energy(alpha, None).map(|e| (alpha, &e.coat)),
+            };
+            let coats = |coat| path.lanes.iter().zip(&outside).map(|(l, &n)| of_lane(coat, l.nm, n)).collect();
+            let over = Over {
+                coat: coat.map_or(vec![], coats),
+                sheen: sheen.map(|(sheen, color)| (sheen, values(&|nm| color.eval(nm)))),
+                along: grain.map(|grain| self.along(&grain, &hit)),
+            };
+            return (path.inside.clone(), Some((hit, bsdf, over)));
+        }
+        let crossed: Vec<(&Hit, usize)> = met.iter().map(|m| (&m.hit, m.index)).collect();
+        match cross(&self.scene, &path.inside, path.ray.dir, &crossed) {
+            (beyond, Crossing::Interface { hit, near, far, alpha }) => {
+                let interiors = &self.scene.interiors;
+                let eta = values(&|nm| interiors[far].ior.eval(nm) / interiors[near].ior.eval(nm));
+                let film = met.iter().find(|m| std::ptr::eq(&m.hit, hit)).and_then(|m| m.film);
+                let index = |i: usize, nm: f64| interiors[i].ior.eval(nm);
+                let stack = |l: &Lane, film: &Film| film.between(index(near, l.nm), (index(far, l.nm), 0.0), l.nm);
+                let film = film.map_or(vec![], |film| path.lanes.iter().map(|l| stack(l, film)).collect());
+                let energy = self.energy(alpha, None).map(|e| &e.dielectric);
+                (beyond, Some((*hit, Bsdf::Dielectric { eta, film, alpha, energy }, Over::default())))
+            }
+            (beyond, Crossing::Straight) => (beyond, None),
+        }
+    }
+
+    fn metal(&self, metal: Vec<Metal>, alpha: f64, grain: Option<Grain>) -> Bsdf<'_> {
+        let width = grain.map_or(alpha.into(), |grain| grain.width(alpha));
+        Bsdf::Conductor { metal, width, energy: self.energy(alpha, grain).map(|e| &e.conductor) }
+    }
+
+    /// Where this grain points at a hit.
+    fn along(&self, grain: &Grain, hit: &Hit) -> DVec3 {
+        let tangent = match &self.scene.shapes[hit.shape].geometry {
+            Geometry::Mesh(mesh) => mesh.tangent((hit.prim - self.world.first_prim(hit.shape)) as usize, hit.p),
+            _ => DVec4::W,
+        };
+        direction_of_grain(grain, hit.ns, tangent)
+    }
+
+    /// The material of a hit, the coat on it, and the hit with its normal as maps turn it; mixes decided with the mean of their weight over the carried
+    /// wavelengths.
+    fn choose(&self, mut hit: Hit, path: &mut Path, rng: &mut Rng) -> Met<'_> {
+        let (mut coat, mut sheen) = (None, None);
+        let shape = &self.scene.shapes[hit.shape];
+        let mut index = shape.material;
+        loop {
+            let material = &self.scene.materials[index];
+            let (a, b, weight) = match material {
+                Material::Mix { a, b, weight } => (a, b, weight),
+                Material::Graded { first, levels, roughness } => {
+                    let (level, share) = level_at(roughness.eval(path.lanes[0].nm, hit.uv), levels);
+                    index = first + level - levels.start + usize::from(rng.next() < share);
+                    continue;
+                }
+                Material::NormalMapped { base, normals } => {
+                    if let Geometry::Mesh(mesh) = &shape.geometry {
+                        let triangle = (hit.prim - self.world.first_prim(hit.shape)) as usize;
+                        hit.ns = mesh.mapped_normal(triangle, hit.uv, hit.ng, hit.ns, normals);
+                    }
+                    index = *base;
+                    continue;
+                }
+                Material::Sheen { base, color, .. } => {
+                    sheen = Some((&self.sheens[&index], color));
+                    index = *base;
+                    continue;
+                }
+                Material::Coated { base, ior, alpha } => {
+                    coat = Some((ior, *alpha));
+                    index = *base;
+                    continue;
+                }
+                _ => {
+                    let (film, grain) = (self.scene.films.get(&index), self.scene.grains.get(&index).copied());
+                    return Met { hit, index, material, coat, sheen, film, grain };
+                }
+            };
+            let w: Vec<f64> = path.lanes.iter().map(|l| weight.eval(l.nm, hit.uv)).collect();
+            let q = w.iter().sum::<f64>() / w.len() as f64;
+            let first = rng.next() < q;
+            for (lane, w) in path.lanes.iter_mut().zip(w) {
+                lane.beta *= if first { w / q } else { (1.0 - w) / (1.0 - q) };
+            }
+            index = if first { *a } else { *b };
+        }
+    }
+}
+
+/// The sheens of a scene, by the index of their material.
+pub(super) fn sheens(scene: &Scene) -> BTreeMap<usize, Sheen> {
+    let of = |(i, material): (usize, &Material)| match material {
+        Material::Sheen { color, alpha, .. } => Some((i, scene.sheen(color, *alpha))),
+        _ => None,
+    };
+    scene.materials.iter().enumerate().filter_map(of).collect()
 }
 
 /// How much of a straight ray passes a surface of material number `index` unscattered, per wavelength; dielectrics are not asked here.

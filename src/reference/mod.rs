@@ -29,7 +29,7 @@ use crate::film::Film;
 use crate::film::first_hits::{Albedo, FirstHits};
 use crate::geometry::world::{Ray, World};
 use crate::render::{Integrator, Renderer};
-use crate::scene::{Estimator, Grain, Light, Material, Scene, Sensor, WavelengthSampling, inside};
+use crate::scene::{Estimator, Grain, Scene, Sensor, WavelengthSampling, inside};
 use crate::spectrum::library::{self, Cmf, Observer};
 use crate::stats::BatchStats;
 use glam::DVec3;
@@ -81,9 +81,9 @@ impl ReferenceIntegrator {
     /// # Errors
     /// [`Error::Usage`] if the backward estimator is asked for a scene with lights that have no size, which it cannot see.
     pub fn new(scene: &Scene, estimator: Estimator, seed: u64) -> Result<Self> {
-        if let (Estimator::Backward, Some(light)) = (estimator, scene.lights.iter().find_map(light::without_size)) {
+        if let (Estimator::Backward, Some(light)) = (estimator, scene.lights.iter().find(|light| light.is_delta())) {
             return Err(Error::usage(
-                format!("the backward reference cannot see {light}: no path from the sensor can meet it"),
+                format!("the backward reference cannot see a {}: no path from the sensor can meet it", light.name()),
                 "set \"reference\": \"forward\" in the scene, or give the light a size",
             ));
         }
@@ -93,10 +93,7 @@ impl ReferenceIntegrator {
         let mut energy: Vec<Energy> = Vec::new();
         for (index, material) in scene.materials.iter().enumerate() {
             let grain = scene.grains.get(&index).copied();
-            if let Material::Dielectric { alpha, .. }
-            | Material::Conductor { alpha, .. }
-            | Material::ColoredConductor { alpha, .. }
-            | Material::Coated { alpha, .. } = *material
+            if let Some(alpha) = material.alpha()
                 && alpha > 0.0
                 && energy.iter().all(|e| (e.alpha, e.grain) != (alpha, grain))
             {
@@ -105,10 +102,6 @@ impl ReferenceIntegrator {
                 energy.push(Energy { alpha, grain, dielectric, conductor, coat });
             }
         }
-        let sheens = scene.materials.iter().enumerate().filter_map(|(i, m)| match m {
-            Material::Sheen { color, alpha, .. } => Some((i, scene.sheen(color, *alpha))),
-            _ => None,
-        });
         let interiors_at_eye = match scene.sensor {
             Sensor::Perspective { eye, .. } => inside::interiors_at(scene, &world, Ray::new(eye, inside::up()), vec![]),
             _ => vec![],
@@ -117,14 +110,12 @@ impl ReferenceIntegrator {
             emitters: Emitters::new(scene, ball),
             observer: library::observer(Observer::Cie1931),
             interiors_at_eye,
-            has_interiors: scene.materials.iter().any(|m| inside::interior_of(m).is_some()),
-            has_environment: scene.lights.iter().any(|l| {
-                light::without_size(l).is_none() && matches!(l, Light::Sun { .. } | Light::Constant { .. } | Light::Image(_))
-            }),
+            has_interiors: scene.materials.iter().any(|m| m.interior().is_some()),
+            has_environment: scene.lights.iter().any(|l| l.is_distant() && !l.is_delta()),
             scene: scene.clone(),
             world,
             energy,
-            sheens: sheens.collect(),
+            sheens: material::sheens(scene),
             seed,
         };
         Ok(Self { stage, estimator })

@@ -2,21 +2,15 @@
 //! the wavelengths, one path for each of them. What an estimator records on the way is its [`Observer`]'s business.
 
 use super::Stage;
-use super::interiors::{Crossing, bare, cross, ruling};
-use super::material::{Bsdf, Over, Surface, Transport, straight_share};
+use super::interiors::{Crossing, cross, ruling};
+use super::material::{Surface, Transport, straight_share};
 use super::medium::Medium;
 use super::rng::Rng;
-use crate::bsdf::coat::Coat;
-use crate::bsdf::fresnel::Metal;
 use crate::bsdf::phase;
-use crate::bsdf::sheen::Sheen;
 use crate::geometry::world::{Hit, Ray};
 use crate::scene::inside::MAX_STRAIGHT;
-use crate::scene::roughness::level_at;
-use crate::scene::{Film, Geometry, Grain, Material, direction_of_grain};
-use crate::spectrum::{Ior, Spectrum};
 use crate::stats::BatchStats;
-use glam::{DVec3, DVec4};
+use glam::DVec3;
 
 /// Scattering events after which paths play Russian roulette.
 const ROULETTE_AFTER: u32 = 8;
@@ -91,22 +85,6 @@ pub(super) struct Vertex<'a> {
     pub inside: &'a [usize],
     pub beyond: &'a [usize],
 }
-
-/// A surface that a path meets, mixtures decided.
-struct Met<'a> {
-    hit: Hit,
-    /// The index of its material.
-    index: usize,
-    material: &'a Material,
-    /// Index and GGX width of the coat on it.
-    coat: Option<(&'a Ior, f64)>,
-    sheen: Option<(&'a Sheen, &'a Spectrum)>,
-    film: Option<&'a Film>,
-    grain: Option<Grain>,
-}
-
-/// What scatters light there: where, how, and through what.
-type Scatterer<'a> = (Hit, Bsdf<'a>, Over<'a>);
 
 pub(super) enum Scattering<'a> {
     Surface(&'a Surface<'a>),
@@ -223,126 +201,6 @@ impl Stage {
         may
     }
 
-    /// What the path meets at `hits`: the interiors beyond, and the scattering surface unless it goes straight through. Mixes are decided by
-    /// chance; of surfaces that coincide an opaque one counts before dielectrics.
-    fn meet<'a>(&'a self, path: &mut Path, hits: &[Hit], rng: &mut Rng) -> (Vec<usize>, Option<Scatterer<'a>>) {
-        let met: Vec<Met> = hits.iter().map(|h| self.choose(*h, path, rng)).collect();
-        let values = |f: &dyn Fn(f64) -> f64| path.lanes.iter().map(|l| f(l.nm)).collect::<Vec<f64>>();
-        let outside = values(&|nm| self.scene.interiors[ruling(&self.scene, &path.inside)].ior.eval(nm));
-        for &Met { hit, material, coat, sheen, film, grain, .. } in &met {
-            let bsdf = match material {
-                Material::Diffuse { reflectance } => Bsdf::Diffuse(values(&|nm| reflectance.eval(nm, hit.uv))),
-                Material::ThinDielectric { ior } => {
-                    let stacks = film.map_or(vec![], |film| {
-                        let around = |(l, &n): (&Lane, &f64)| film.between(n, (n, 0.0), l.nm);
-                        path.lanes.iter().zip(&outside).map(around).collect()
-                    });
-                    Bsdf::Thin(values(&|nm| ior.eval(nm)), stacks)
-                }
-                Material::Conductor { eta, k, alpha } => {
-                    let around = coat.map_or(outside.clone(), |(ior, _)| values(&|nm| ior.eval(nm)));
-                    let of = |(l, n): (&Lane, &f64)| match film {
-                        Some(film) => Metal::Filmed(film.between(*n, (eta.eval(l.nm), k.eval(l.nm)), l.nm)),
-                        None => Metal::Index(eta.eval(l.nm) / n, k.eval(l.nm) / n),
-                    };
-                    self.metal(path.lanes.iter().zip(&around).map(of).collect(), *alpha, grain)
-                }
-                Material::ColoredConductor { reflectance, alpha } => {
-                    let of = |l: &Lane| Metal::Reflectance(reflectance.eval(l.nm, hit.uv));
-                    self.metal(path.lanes.iter().map(of).collect(), *alpha, grain)
-                }
-                _ => continue,
-            };
-            let of_lane = |(ior, alpha): (&Ior, f64), nm: f64, outside: f64| Coat {
-                eta: ior.eval(nm) / outside,
-                rough: self.energy(alpha, None).map(|e| (alpha, &e.coat)),
-            };
-            let coats = |coat| path.lanes.iter().zip(&outside).map(|(l, &n)| of_lane(coat, l.nm, n)).collect();
-            let over = Over {
-                coat: coat.map_or(vec![], coats),
-                sheen: sheen.map(|(sheen, color)| (sheen, values(&|nm| color.eval(nm)))),
-                along: grain.map(|grain| self.along(&grain, &hit)),
-            };
-            return (path.inside.clone(), Some((hit, bsdf, over)));
-        }
-        let crossed: Vec<(&Hit, usize)> = met.iter().map(|m| (&m.hit, m.index)).collect();
-        match cross(&self.scene, &path.inside, path.ray.dir, &crossed) {
-            (beyond, Crossing::Interface { hit, near, far, alpha }) => {
-                let interiors = &self.scene.interiors;
-                let eta = values(&|nm| interiors[far].ior.eval(nm) / interiors[near].ior.eval(nm));
-                let film = met.iter().find(|m| std::ptr::eq(&m.hit, hit)).and_then(|m| m.film);
-                let index = |i: usize, nm: f64| interiors[i].ior.eval(nm);
-                let stack = |l: &Lane, film: &Film| film.between(index(near, l.nm), (index(far, l.nm), 0.0), l.nm);
-                let film = film.map_or(vec![], |film| path.lanes.iter().map(|l| stack(l, film)).collect());
-                let energy = self.energy(alpha, None).map(|e| &e.dielectric);
-                (beyond, Some((*hit, Bsdf::Dielectric { eta, film, alpha, energy }, Over::default())))
-            }
-            (beyond, Crossing::Straight) => (beyond, None),
-        }
-    }
-
-    fn metal(&self, metal: Vec<Metal>, alpha: f64, grain: Option<Grain>) -> Bsdf<'_> {
-        let width = grain.map_or(alpha.into(), |grain| grain.width(alpha));
-        Bsdf::Conductor { metal, width, energy: self.energy(alpha, grain).map(|e| &e.conductor) }
-    }
-
-    /// Where this grain points at a hit.
-    fn along(&self, grain: &Grain, hit: &Hit) -> DVec3 {
-        let tangent = match &self.scene.shapes[hit.shape].geometry {
-            Geometry::Mesh(mesh) => mesh.tangent((hit.prim - self.world.first_prim(hit.shape)) as usize, hit.p),
-            _ => DVec4::W,
-        };
-        direction_of_grain(grain, hit.ns, tangent)
-    }
-
-    /// The material of a hit, the coat on it, and the hit with its normal as maps turn it; mixes decided with the mean of their weight over the carried
-    /// wavelengths.
-    fn choose(&self, mut hit: Hit, path: &mut Path, rng: &mut Rng) -> Met<'_> {
-        let (mut coat, mut sheen) = (None, None);
-        let shape = &self.scene.shapes[hit.shape];
-        let mut index = shape.material;
-        loop {
-            let material = &self.scene.materials[index];
-            let (a, b, weight) = match material {
-                Material::Mix { a, b, weight } => (a, b, weight),
-                Material::Graded { first, levels, roughness } => {
-                    let (level, share) = level_at(roughness.eval(path.lanes[0].nm, hit.uv), levels);
-                    index = first + level - levels.start + usize::from(rng.next() < share);
-                    continue;
-                }
-                Material::NormalMapped { base, normals } => {
-                    if let Geometry::Mesh(mesh) = &shape.geometry {
-                        let triangle = (hit.prim - self.world.first_prim(hit.shape)) as usize;
-                        hit.ns = mesh.mapped_normal(triangle, hit.uv, hit.ng, hit.ns, normals);
-                    }
-                    index = *base;
-                    continue;
-                }
-                Material::Sheen { base, color, .. } => {
-                    sheen = Some((&self.sheens[&index], color));
-                    index = *base;
-                    continue;
-                }
-                Material::Coated { base, ior, alpha } => {
-                    coat = Some((ior, *alpha));
-                    index = *base;
-                    continue;
-                }
-                _ => {
-                    let (film, grain) = (self.scene.films.get(&index), self.scene.grains.get(&index).copied());
-                    return Met { hit, index, material, coat, sheen, film, grain };
-                }
-            };
-            let w: Vec<f64> = path.lanes.iter().map(|l| weight.eval(l.nm, hit.uv)).collect();
-            let q = w.iter().sum::<f64>() / w.len() as f64;
-            let first = rng.next() < q;
-            for (lane, w) in path.lanes.iter_mut().zip(w) {
-                lane.beta *= if first { w / q } else { (1.0 - w) / (1.0 - q) };
-            }
-            index = if first { *a } else { *b };
-        }
-    }
-
     /// Share of light per wavelength that goes straight from the ray's origin to `distance`: through media, and through surfaces that are
     /// not there or let a part pass undeflected. All 0 if something is in the way.
     pub(super) fn straight(
@@ -365,8 +223,8 @@ impl Stage {
                 return share;
             }
             let met: Vec<(&Hit, usize)> =
-                hits.iter().map(|h| (h, bare(&self.scene, self.scene.shapes[h.shape].material))).collect();
-            for (hit, _) in met.iter().filter(|(_, m)| !matches!(self.scene.materials[*m], Material::Dielectric { .. })) {
+                hits.iter().map(|h| (h, self.scene.bare(self.scene.shapes[h.shape].material))).collect();
+            for (hit, _) in met.iter().filter(|(_, m)| self.scene.materials[*m].interface().is_none()) {
                 let cos = ray.dir.dot(hit.ns).abs();
                 share.iter_mut().zip(lanes).for_each(|(s, l)| {
                     *s *= straight_share(&self.scene, self.scene.shapes[hit.shape].material, cos, hit.uv, l.nm)

@@ -4,7 +4,7 @@ use crate::geometry::{Bounds, bounds, corners};
 use crate::scene::bounds_of_all;
 use crate::scene::initial_interiors;
 use crate::scene::mesh;
-use crate::scene::{Geometry, Interior, Light, Material, Mesh, Scene, Shape};
+use crate::scene::{Geometry, Interior, Light, Mesh, Scene, Shape};
 use glam::{DVec2, DVec3};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
@@ -64,28 +64,15 @@ fn emits(shape: &Shape) -> bool {
 
 fn unlit(scene: &Scene) -> Vec<String> {
     let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
-    let dark = |light: &Light| match light {
-        Light::Point { intensity, .. } | Light::Spot { intensity, .. } | Light::Profile { intensity, .. } => {
-            intensity.mean(lo, hi) == 0.0
-        }
-        Light::Beam { irradiance, .. } | Light::Sun { irradiance, .. } => irradiance.mean(lo, hi) == 0.0,
-        Light::Constant { radiance } => radiance.mean(lo, hi) == 0.0,
-        Light::Image(map) => map.texels.iter().all(|t| t[3] == 0.0),
-    };
-    if scene.lights.iter().all(dark) && !scene.shapes.iter().any(emits) {
+    if scene.lights.iter().all(|light| light.is_dark(lo, hi)) && !scene.shapes.iter().any(emits) {
         return vec!["nothing gives light, so the picture will be black; add \"lights\", or \"emission\" to a shape".into()];
     }
     Vec::new()
 }
 
-/// The interior that a material encloses.
+/// The interior that a material encloses, mixtures too.
 fn interior_of(scene: &Scene, material: usize) -> Option<usize> {
-    match &scene.materials[material] {
-        Material::Mix { a, b, .. } => interior_of(scene, *a).or_else(|| interior_of(scene, *b)),
-        Material::NormalMapped { base, .. } => interior_of(scene, *base),
-        Material::Graded { first, .. } => interior_of(scene, *first),
-        _ => scene.interior_of(material),
-    }
+    scene.made_of(material).into_iter().find_map(|m| scene.materials[m].interior())
 }
 
 /// Are the surfaces of volumes closed, and are their faces turned one way?
@@ -166,10 +153,7 @@ fn overlapping_faces(scene: &Scene) -> Vec<String> {
         return Vec::new();
     }
     let scale = (size.max - size.min).length().max(1e-9);
-    let opaque = |m: usize| {
-        use Material::{Coated, ColoredConductor, Conductor, Diffuse, Sheen};
-        matches!(scene.materials[m], Diffuse { .. } | Conductor { .. } | ColoredConductor { .. } | Coated { .. } | Sheen { .. })
-    };
+    let opaque = |m: usize| scene.made_of(m).into_iter().all(|m| scene.materials[m].is_opaque());
     let mut planes: HashMap<[i64; 4], Vec<Face>> = HashMap::new();
     for (index, shape) in scene.shapes.iter().enumerate().filter(|(_, s)| opaque(s.material)) {
         let Geometry::Mesh(mesh) = &shape.geometry else { continue };
@@ -226,15 +210,8 @@ fn overlap(a: &[DVec2; 3], b: &[DVec2; 3]) -> bool {
 
 /// Lamps in glass: mostly those that were meant to stand before it.
 fn lights_inside(scene: &Scene) -> Vec<String> {
-    let mut places: Vec<(String, DVec3)> = Vec::new();
-    for light in &scene.lights {
-        match light {
-            Light::Point { position, .. } => places.push(("a point light".into(), *position)),
-            Light::Spot { position, .. } | Light::Profile { position, .. } => places.push(("a spot light".into(), *position)),
-            Light::Beam { origin, .. } => places.push(("a beam".into(), *origin)),
-            _ => {}
-        }
-    }
+    let placed = |light: &Light| Some((format!("a {}", light.name()), light.position()?));
+    let mut places: Vec<(String, DVec3)> = scene.lights.iter().filter_map(placed).collect();
     for shape in scene.shapes.iter().filter(|s| emits(s) && interior_of(scene, s.material).is_none()) {
         let at = match &shape.geometry {
             Geometry::Mesh(mesh) => corners(mesh, 0).iter().sum::<DVec3>() / 3.0,
@@ -257,7 +234,7 @@ fn lights_inside(scene: &Scene) -> Vec<String> {
 fn units(scene: &Scene) -> Vec<String> {
     let size = |b: Bounds| if b.is_empty() { 0.0 } else { (b.max - b.min).max_element() };
     let whole = size(bounds_of_all(&scene.shapes));
-    let is_glass = |s: &&Shape| matches!(scene.materials[s.material], Material::Dielectric { .. });
+    let is_glass = |s: &&Shape| scene.materials[scene.bare(s.material)].interface().is_some();
     let glass =
         scene.shapes.iter().filter(is_glass).map(|s| (size(bounds(&s.geometry)), &s.name)).max_by(|a, b| a.0.total_cmp(&b.0));
     let remedy = "lengths are metres: if they were meant as millimetres, scale everything by 0.001";

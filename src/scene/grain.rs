@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
 use crate::scene::roughness::SMOOTH;
-use crate::scene::{Geometry, Material, Mesh, Scene};
+use crate::scene::{Geometry, Mesh, Scene};
 use glam::{DVec2, DVec3, DVec4};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -36,16 +36,12 @@ pub(super) fn grain(node: &Node) -> Result<Grain> {
 }
 
 impl Loader {
-    /// Puts a grain on the metal at this index, or on all the levels of its roughness; smooth metal becomes as rough as need be.
+    /// Puts a grain on the metal at this index, or in the material; smooth metal becomes as rough as need be.
     pub(super) fn put_grain(&mut self, index: usize, grain: Grain) {
-        if let Material::Mix { a, b, .. } = self.scene.materials[index] {
-            self.put_grain(a, grain);
-            self.put_grain(b, grain);
-        } else if grain.strength > 0.0 {
-            // Without strength the metal stays what it is.
-            for i in self.scene.levels(index) {
-                if let Material::Conductor { alpha, .. } | Material::ColoredConductor { alpha, .. } = &mut self.scene.materials[i]
-                {
+        // Without strength the metal stays what it is.
+        if grain.strength > 0.0 {
+            for i in self.scene.made_of(index) {
+                if let Some(alpha) = self.scene.materials[i].metal_alpha_mut() {
                     *alpha = alpha.max(SMOOTH);
                     self.scene.grains.insert(i, grain);
                 }
@@ -77,23 +73,9 @@ impl Loader {
 }
 
 impl Scene {
-    /// The material at this index, or all the levels of its roughness.
-    pub(super) fn levels(&self, index: usize) -> std::ops::Range<usize> {
-        match &self.materials[index] {
-            Material::Graded { first, levels, .. } => *first..first + levels.len(),
-            _ => index..index + 1,
-        }
-    }
-
     /// Is there a grain in this material?
     pub(super) fn has_grain(&self, index: usize) -> bool {
-        match &self.materials[index] {
-            Material::Mix { a, b, .. } => self.has_grain(*a) || self.has_grain(*b),
-            Material::NormalMapped { base, .. } | Material::Coated { base, .. } | Material::Sheen { base, .. } => {
-                self.has_grain(*base)
-            }
-            _ => self.levels(index).any(|i| self.grains.contains_key(&i)),
-        }
+        self.made_of(index).iter().any(|i| self.grains.contains_key(i))
     }
 }
 

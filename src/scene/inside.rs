@@ -1,6 +1,6 @@
 //! Which volumes a point lies in, by the geometry alone.
 
-use super::{Material, Scene, Shape};
+use super::{Scene, Shape};
 use crate::geometry::world::{Ray, World};
 use crate::geometry::{Bounds, bounds};
 use glam::{DVec3, dvec3};
@@ -11,7 +11,7 @@ pub(crate) const MAX_STRAIGHT: u32 = 10_000;
 /// The interiors that hold each of `points`: crossings of dielectrics and boundaries, signed, along a ray upwards to infinity. Slightly
 /// tilted, so that it does not run along walls; upwards, so that an open sheet of water is above whoever is in it.
 pub fn initial_interiors(scene: &Scene, points: &[DVec3]) -> Vec<Vec<usize>> {
-    if points.is_empty() || !scene.materials.iter().any(|m| interior_of(m).is_some()) {
+    if points.is_empty() || !scene.materials.iter().any(|m| m.interior().is_some()) {
         return vec![Vec::new(); points.len()];
     }
     // Only volumes that may be met: a scene can have many millions of triangles, and so can its instances.
@@ -43,7 +43,7 @@ pub(crate) fn interiors_at(scene: &Scene, world: &World, mut ray: Ray, met: Vec<
     let mut count = vec![0i64; scene.interiors.len()];
     let mut tally = |(interior, entered): (usize, bool)| count[interior] += if entered { -1 } else { 1 };
     met.into_iter().for_each(&mut tally);
-    if scene.materials.iter().any(|m| interior_of(m).is_some()) {
+    if scene.materials.iter().any(|m| m.interior().is_some()) {
         for _ in 0..MAX_STRAIGHT {
             let hits = world.intersect(&ray);
             let Some(first) = hits.first() else { break };
@@ -56,13 +56,4 @@ pub(crate) fn interiors_at(scene: &Scene, world: &World, mut ray: Ray, met: Vec<
         }
     }
     count.iter().enumerate().flat_map(|(i, &n)| std::iter::repeat_n(i, n.clamp(0, 256) as usize)).collect()
-}
-
-/// The interior behind a surface of this material.
-pub(crate) fn interior_of(material: &Material) -> Option<usize> {
-    match material {
-        Material::Dielectric { interior, .. } => Some(*interior),
-        Material::Boundary { interior } => *interior,
-        _ => None,
-    }
 }

@@ -21,11 +21,11 @@ impl Scene {
             }
         }
         for (i, material) in self.materials.iter_mut().enumerate() {
-            if let Material::ThinDielectric { ior } = material
+            if let Some(ior) = material.pane()
                 && !self.films.contains_key(&i)
                 && Ior::constant(1.0).matches(ior, lo, hi)
             {
-                *material = Material::Boundary { interior: None };
+                *material = Material::NOTHING;
             }
         }
     }

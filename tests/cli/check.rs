@@ -53,7 +53,7 @@ fn check_says_what_will_be_rendered_and_what_is_wrong() {
     let many = glass.replace(r#"{"point": {"position": [0, 3, 0], "intensity": 1}}"#, &lamps.join(","));
     std::fs::write(folder.0.join("many.json"), many).unwrap();
     let many = text(&folder.run(&["check", "many.json"]).stdout);
-    assert!(many.lines().any(|line| line.starts_with("light: point of ") && line.ends_with("lm (50 times)")), "{many}");
+    assert!(many.lines().any(|line| line.starts_with("light: point light of ") && line.ends_with("lm (50 times)")), "{many}");
     let blind = text(&folder.run(&["check", "glass.json", "--without", "light-paths", "--without", "gathering"]).stdout);
     for part in ["warning: not found: caustics of point lights", "--without", "2 warnings"] {
         assert!(blind.contains(part), "no '{part}' in {blind}");

@@ -13,7 +13,7 @@ mod spectra;
 mod textures;
 mod units;
 
-use abbe::scene::{LoadOptions, Scene, keys::KEYS, load, load_str};
+use abbe::scene::{LoadOptions, Scene, keys, load, load_str};
 use abbe::{Error, Result};
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -76,15 +76,15 @@ fn the_schema_has_exactly_the_keys_that_the_parser_accepts() {
     let text = std::fs::read_to_string(folder("scenes/scene.schema.json")).unwrap();
     let schema: Value = serde_json::from_str(&text).unwrap();
     let defs = schema["$defs"].as_object().unwrap();
-    for (kind, keys) in KEYS {
-        let properties = defs.get(*kind).and_then(|d| d["properties"].as_object()).unwrap_or_else(|| panic!("no $defs.{kind}"));
+    for (kind, keys) in keys::all() {
+        let properties = defs.get(kind).and_then(|d| d["properties"].as_object()).unwrap_or_else(|| panic!("no $defs.{kind}"));
         let of_schema: BTreeSet<&str> = properties.keys().map(String::as_str).collect();
         assert_eq!(of_schema, keys.iter().copied().collect::<BTreeSet<&str>>(), "{kind}");
-        assert_eq!(defs[*kind]["additionalProperties"], Value::Bool(false), "{kind}");
+        assert_eq!(defs[kind]["additionalProperties"], Value::Bool(false), "{kind}");
     }
     for (name, def) in defs {
         if def.get("properties").is_some() {
-            assert!(KEYS.iter().any(|(kind, _)| kind == name), "the parser knows no {name}");
+            assert!(keys::all().any(|(kind, _)| kind == name), "the parser knows no {name}");
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::{folder, scene_with};
 use abbe::film::Film;
 use abbe::integrator::GpuIntegrator;
 use abbe::render::Integrator;
-use abbe::scene::{Light, LoadOptions, Profile, load_str, luminous_flux_lm};
+use abbe::scene::{Light, LoadOptions, Profile, load_str};
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;
 use std::path::Path;
@@ -56,7 +56,7 @@ fn the_ballast_counts_but_not_how_a_file_was_made() {
     let file = file(&[0.0, 90.0], &[0.0], |_, _| 100.0);
     let lumens = |header: &str, factors: &str| {
         let text = file.replace("IESNA:LM-63-2002\n", header).replace("\n1 1 10\n", &format!("\n{factors} 10\n"));
-        luminous_flux_lm(&load(&text, "").unwrap()).unwrap()
+        load(&text, "").unwrap().luminous_flux_lm().unwrap()
     };
     let whole = lumens("IESNA91\n", "1 1");
     near(whole, 200.0 * PI, 1e-4);
@@ -71,7 +71,7 @@ fn the_flux_is_the_integral_over_zones() {
     // A cosine law of 100 cd in steps of 1 degree: 100 pi lm, but for the chords.
     let degrees: Vec<f64> = (0..=90).map(f64::from).collect();
     let light = load(&file(&degrees, &[0.0], |t, _| 100.0 * t.to_radians().cos().max(0.0)), "").unwrap();
-    near(luminous_flux_lm(&light).unwrap(), 100.0 * PI, 1e-4);
+    near(light.luminous_flux_lm().unwrap(), 100.0 * PI, 1e-4);
     // Any file: zones of a thousandth of a degree, in which it hardly changes.
     let text = std::fs::read_to_string(folder("tests/data/scenes/lamp.ies")).unwrap();
     let light = load(&text, "").unwrap();
@@ -87,7 +87,7 @@ fn the_flux_is_the_integral_over_zones() {
         }
     }
     near(profile.solid_angle(), sum, 1e-5);
-    near(luminous_flux_lm(&light).unwrap(), 1000.0 * sum, 1e-5);
+    near(light.luminous_flux_lm().unwrap(), 1000.0 * sum, 1e-5);
 }
 
 #[test]
@@ -155,7 +155,7 @@ fn intensities_are_scaled_as_the_file_says_and_the_scene_may_say_otherwise() {
     let text = |head: &str| format!("old header\nTILT=NONE\n{head}\n0 45 90\n0\n50,100,0\n");
     near(profile(&text("1 1000 2.5 3 1 1 1 0 0 0\n0.8 0.5 60")).peak_cd(), 100.0, 1e-12);
     let plain = text("1 -1 1 3 1 1 2 0 0 0 1 1 60");
-    let flux = |more: &str| luminous_flux_lm(&load(&plain, more).unwrap()).unwrap();
+    let flux = |more: &str| load(&plain, more).unwrap().luminous_flux_lm().unwrap();
     let own = flux("");
     near(flux(r#", "intensity": {"spectrum": {"blackbody": 3000}}"#), own, 1e-9);
     near(flux(r#", "intensity": {"spectrum": 7, "luminous_flux_lm": 800}"#), 800.0, 1e-9);

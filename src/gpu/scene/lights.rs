@@ -12,7 +12,6 @@ use crate::geometry::{Bounds, corners, triangle_area};
 use crate::gpu::layout::{self, Light, NO_INDEX};
 use crate::scene::initial_interiors;
 use crate::scene::{self, EnvironmentMap, Geometry, Scene, Texture};
-use crate::spectrum::sigmoid;
 use glam::{DVec3, UVec4, Vec4};
 use std::f64::consts::PI;
 
@@ -101,40 +100,33 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
     let mut profiles = Profiles::default();
     let mut environment_light = NO_INDEX as usize;
     // Lights at a place first, those from infinity last.
-    let is_distant =
-        |l: &&scene::Light| matches!(l, scene::Light::Sun { .. } | scene::Light::Constant { .. } | scene::Light::Image(_));
-    let (distant, near): (Vec<_>, Vec<_>) = scene.lights.iter().partition(is_distant);
+    let (distant, near): (Vec<_>, Vec<_>) = scene.lights.iter().partition(|light| light.is_distant());
     let first_distant = records.len() + near.len();
     for light in near.into_iter().chain(distant) {
-        let inside = if is_distant(&light) { UVec4::ZERO } else { inside.next().unwrap_or(Ok(UVec4::ZERO))? };
+        let inside = if light.is_distant() { UVec4::ZERO } else { inside.next().unwrap_or(Ok(UVec4::ZERO))? };
         let none = Light { primitive: NO_INDEX, inside, ..Default::default() };
-        let (record, power) = match light {
-            scene::Light::Point { position, intensity } => (
-                Light {
-                    kind: layout::LIGHT_KIND_POINT,
-                    row: rows.spectrum(intensity),
-                    p0: at(*position),
-                    p1: vec4(DVec3::Z),
-                    ..none
-                },
-                4.0 * PI * intensity.mean(lo, hi),
-            ),
+        let record = match light {
+            scene::Light::Point { position, intensity } => Light {
+                kind: layout::LIGHT_KIND_POINT,
+                row: rows.spectrum(intensity),
+                p0: at(*position),
+                p1: vec4(DVec3::Z),
+                ..none
+            },
             scene::Light::Spot { position, direction, intensity, cos_inner, cos_outer } => {
                 let p2 = size(*cos_inner, *cos_outer);
                 let (row, p1) = (rows.spectrum(intensity), vec4(*direction));
-                let power = 2.0 * PI * (1.0 - 0.5 * (cos_inner + cos_outer)) * intensity.mean(lo, hi);
-                (Light { kind: layout::LIGHT_KIND_SPOT, row, p0: at(*position), p1, p2, ..none }, power)
+                Light { kind: layout::LIGHT_KIND_SPOT, row, p0: at(*position), p1, p2, ..none }
             }
             scene::Light::Profile { position, axes, intensity, profile } => {
                 let (row, solid_angle) = (rows.spectrum(intensity), profile.solid_angle());
                 let p0 = at(*position).with_w(f32::from_bits(profiles.add(profile)));
                 let (p1, p2) = (vec4(axes.z_axis).with_w(solid_angle as f32), vec4(axes.x_axis));
-                (Light { kind: layout::LIGHT_KIND_PROFILE, row, p0, p1, p2, ..none }, solid_angle * intensity.mean(lo, hi))
+                Light { kind: layout::LIGHT_KIND_PROFILE, row, p0, p1, p2, ..none }
             }
             scene::Light::Beam { origin, direction, radius, irradiance } => {
                 let (row, p1, p2) = (rows.spectrum(irradiance), vec4(*direction), size(*radius, 0.0));
-                let power = PI * radius * radius * irradiance.mean(lo, hi);
-                (Light { kind: layout::LIGHT_KIND_BEAM, row, p0: at(*origin), p1, p2, ..none }, power)
+                Light { kind: layout::LIGHT_KIND_BEAM, row, p0: at(*origin), p1, p2, ..none }
             }
             scene::Light::Sun { direction, cos_angle, irradiance } => {
                 let one_minus_cos = 1.0 - cos_angle;
@@ -143,36 +135,32 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
                 let scale = if one_minus_cos > 0.0 { 1.0 / solid } else { 1.0 };
                 let row = rows.spectrum(&irradiance.clone().scaled(scale));
                 let p2 = size(one_minus_cos, 0.0);
-                let power = PI * radius * radius * irradiance.mean(lo, hi);
-                (Light { kind: layout::LIGHT_KIND_SUN, row, p1: vec4(*direction), p2, ..none }, power)
+                Light { kind: layout::LIGHT_KIND_SUN, row, p1: vec4(*direction), p2, ..none }
             }
             scene::Light::Constant { radiance } => {
-                let power = PI * PI * radius * radius * radiance.mean(lo, hi);
-                (Light { kind: layout::LIGHT_KIND_CONSTANT, row: rows.spectrum(radiance), ..none }, power)
+                Light { kind: layout::LIGHT_KIND_CONSTANT, row: rows.spectrum(radiance), ..none }
             }
             scene::Light::Image(map) => {
                 if !environment.is_empty() {
                     return Err(Error::usage("the scene has several environment pictures", "keep one light of kind \"image\""));
                 }
                 environment_light = records.len();
-                let (texels, mean) = environment_texels(map);
-                environment = texels;
+                environment = environment_texels(map);
                 let row = rows.spectrum(&map.illuminant);
                 let x_row = rows.add(SpectrumRow::UpsamplingCoordinate);
                 let [x, y, z] = [0, 1, 2].map(|i| map.to_local.row(i).as_vec3());
-                let record = Light {
+                Light {
                     kind: layout::LIGHT_KIND_IMAGE,
                     row,
                     p0: x.extend(map.width as f32),
                     p1: y.extend(map.height as f32),
                     p2: z.extend(f32::from_bits(x_row)),
                     ..none
-                };
-                (record, PI * PI * radius * radius * mean * map.illuminant.mean(lo, hi))
+                }
             }
         };
         records.push(record);
-        powers.push(power);
+        powers.push(light.power(radius, lo, hi));
         sources.push(sources_so_far);
         sources_so_far += 1;
     }
@@ -241,13 +229,7 @@ fn places(scene: &Scene) -> Vec<Vec<usize>> {
             }
         })
         .collect();
-    points.extend(scene.lights.iter().filter_map(|l| match l {
-        scene::Light::Point { position, .. } | scene::Light::Spot { position, .. } | scene::Light::Profile { position, .. } => {
-            Some(*position)
-        }
-        scene::Light::Beam { origin, .. } => Some(*origin),
-        _ => None,
-    }));
+    points.extend(scene.lights.iter().filter_map(scene::Light::position));
     initial_interiors(scene, &points)
 }
 
@@ -255,29 +237,14 @@ fn size(x: f64, y: f64) -> Vec4 {
     Vec4::new(x as f32, y as f32, 0.0, 0.0)
 }
 
-/// Texels as the shader reads them, and their mean radiance over the sphere.
-fn environment_texels(map: &EnvironmentMap) -> (Vec<Vec4>, f64) {
-    let (width, height) = (map.width as usize, map.height as usize);
-    let solid_angle = |row: usize| {
-        let edge = |r: usize| (PI * r as f64 / height as f64).cos();
-        2.0 * PI / width as f64 * (edge(row) - edge(row + 1))
-    };
-    let radiance: Vec<f64> = map
-        .texels
-        .iter()
-        .map(|t| {
-            let c = [t[0], t[1], t[2]].map(f64::from);
-            f64::from(t[3]) * [450.0, 550.0, 650.0].iter().map(|&nm| sigmoid(&c, nm)).sum::<f64>() / 3.0
-        })
-        .collect();
-    let weights: Vec<f64> = radiance.iter().enumerate().map(|(i, r)| r * solid_angle(i / width)).collect();
-    let mean = weights.iter().sum::<f64>() / (4.0 * PI);
-    let table = alias_table(&weights);
+/// Texels as the shader reads them.
+fn environment_texels(map: &EnvironmentMap) -> Vec<Vec4> {
+    let table = alias_table(&map.weights());
     let mut out = Vec::with_capacity(2 * table.len());
     for (i, (t, (probability, threshold, alias))) in map.texels.iter().zip(table).enumerate() {
-        let pdf = probability / solid_angle(i / width);
+        let pdf = probability / map.solid_angle(i / map.width as usize);
         out.push(Vec4::from_array(*t));
         out.push(Vec4::new(threshold as f32, f32::from_bits(alias), pdf as f32, 0.0));
     }
-    (out, mean)
+    out
 }

@@ -2,9 +2,9 @@
 //! tree splitting", HPG 2018).
 
 use crate::geometry::{Bounds, bounds, corners, triangle_area};
-use crate::scene::{Geometry, Light, Scene};
+use crate::scene::{Geometry, Placement, Scene};
 use glam::DVec3;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 /// Directions of normals: all within `angle` of `axis`; over all of them light leaves up to a right angle away.
 #[derive(Debug, Clone, Copy)]
@@ -128,25 +128,9 @@ pub(super) fn placed(scene: &Scene) -> Vec<PlacedLight> {
         }
     }
     for light in &scene.lights {
-        let at = |p: &DVec3, reach: f64| Bounds { min: *p - reach, max: *p + reach };
-        let (bounds, cone, share) = match light {
-            Light::Point { position, intensity } => (at(position, 0.0), Cone::ALL, 4.0 * PI * intensity.mean(lo, hi)),
-            Light::Spot { position, direction, intensity, cos_outer, .. } => {
-                let cone = Cone { axis: *direction, angle: cos_outer.clamp(-1.0, 1.0).acos() };
-                (at(position, 0.0), cone, 2.0 * PI * (1.0 - cos_outer) * intensity.mean(lo, hi))
-            }
-            Light::Profile { position, axes, intensity, profile } => {
-                // Light leaves up to a right angle off the cone.
-                let cone = Cone { axis: axes.z_axis, angle: (profile.reach() - FRAC_PI_2).max(0.0) };
-                (at(position, 0.0), cone, profile.solid_angle() * intensity.mean(lo, hi))
-            }
-            Light::Beam { origin, direction, radius, irradiance } => {
-                let cone = Cone { axis: *direction, angle: 0.0 };
-                (at(origin, *radius), cone, PI * radius * radius * irradiance.mean(lo, hi))
-            }
-            Light::Sun { .. } | Light::Constant { .. } | Light::Image(_) => continue,
-        };
-        out.push(PlacedLight { bounds, cone, two_sided: false, share });
+        let Some(Placement { position, radius, axis, angle }) = light.placement() else { continue };
+        let bounds = Bounds { min: position - radius, max: position + radius };
+        out.push(PlacedLight { bounds, cone: Cone { axis, angle }, two_sided: false, share: light.power(0.0, lo, hi) });
     }
     out
 }

@@ -2,7 +2,7 @@
 
 use crate::geometry::{Bounds, bounds};
 use crate::scene::bounds_of_all;
-use crate::scene::{Geometry, Material, Scene, Shape};
+use crate::scene::{Geometry, Scene, Shape};
 use glam::{DVec3, Vec4};
 
 /// More shapes than this share one sphere: every light path looks at all spheres.
@@ -36,15 +36,5 @@ fn around(b: Bounds) -> (DVec3, f64) {
 }
 
 fn bends(scene: &Scene, material: usize) -> bool {
-    match &scene.materials[material] {
-        Material::Dielectric { .. } | Material::ThinDielectric { .. } => true,
-        Material::Conductor { .. } | Material::ColoredConductor { .. } => true,
-        // A coat bends but little of the light that meets it.
-        Material::NormalMapped { base, .. }
-        | Material::Coated { base, .. }
-        | Material::Sheen { base, .. }
-        | Material::Graded { first: base, .. } => bends(scene, *base),
-        Material::Mix { a, b, .. } => bends(scene, *a) || bends(scene, *b),
-        Material::Diffuse { .. } | Material::Boundary { .. } => false,
-    }
+    scene.made_of(material).into_iter().any(|m| scene.materials[m].bends())
 }

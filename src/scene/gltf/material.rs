@@ -214,7 +214,7 @@ impl<'n> Reader<'_, 'n, '_> {
         if emits && !is(&presence, 1.0) {
             self.note("a surface that emits does so where it is transparent too");
         }
-        let nothing = self.push(Material::Boundary { interior: None });
+        let nothing = self.push(Material::NOTHING);
         Ok(self.mix(surface, nothing, presence))
     }
 

@@ -28,7 +28,7 @@ impl<'a> Overrides<'a> {
                 (None, true) => None,
                 (None, false) => {
                     let index = loader.scene.materials.len();
-                    loader.scene.materials.push(Material::Boundary { interior: None });
+                    loader.scene.materials.push(Material::NOTHING);
                     loader.kit.clone().place(loader, index, name, &node)?;
                     Some(index)
                 }

@@ -1,8 +1,17 @@
 //! Every key that a scene file may contain, by the kind of object it stands in. The parser refuses all others; `scenes/scene.schema.json`
 //! has a definition of the same name for each, and a test holds the two together.
 
-/// `(kind, keys)`.
-pub const KEYS: &[(&str, &[&str])] = &[
+use super::{lights, materials};
+
+/// The keys that an object of each kind may have.
+pub(super) type Keys = &'static [(&'static str, &'static [&'static str])];
+
+/// `(kind, keys)`; those of materials and lights stand beside what reads them.
+pub fn all() -> impl Iterator<Item = (&'static str, &'static [&'static str])> {
+    [KEYS, materials::KEYS, lights::KEYS].into_iter().flatten().copied()
+}
+
+const KEYS: Keys = &[
     (
         "scene",
         &[
@@ -32,18 +41,6 @@ pub const KEYS: &[(&str, &[&str])] = &[
     ("irradiance_sphere", &["center", "radius"]),
     ("medium", &["sigma_a", "sigma_s", "g"]),
     ("surroundings", &["ior", "medium"]),
-    ("material", MATERIALS),
-    ("diffuse", &["reflectance"]),
-    ("dielectric", &["ior", "alpha", "roughness", "thin_film", "absorption", "medium", "priority"]),
-    ("thin_dielectric", &["ior", "thickness"]),
-    ("conductor", &["metal", "eta", "k", "reflectance", "alpha", "roughness", "anisotropy", "thin_film"]),
-    ("anisotropy", &["strength", "rotation_deg"]),
-    ("thin_film", &["thickness", "ior"]),
-    ("coated", &["of", "ior", "alpha", "roughness"]),
-    ("sheen", &["of", "color", "alpha", "roughness"]),
-    ("mix", &["a", "b", "weight"]),
-    ("boundary", &["medium", "ior", "priority"]),
-    ("normal_map", &["of", "texture", "tiles", "wrap", "filter", "strength"]),
     (
         "shape",
         &[
@@ -71,32 +68,8 @@ pub const KEYS: &[(&str, &[&str])] = &[
     ("mesh", &["file", "smooth"]),
     ("gltf", &["file", "override", "lights"]),
     ("relit", &["intensity", "irradiance", "profile", "rotate_deg"]),
-    (
-        "override",
-        &[
-            "diffuse",
-            "dielectric",
-            "thin_dielectric",
-            "conductor",
-            "coated",
-            "sheen",
-            "mix",
-            "boundary",
-            "normal_map",
-            "use",
-            "emission",
-        ],
-    ),
     ("emission", &["radiance", "two_sided"]),
     ("transform", &["scale", "axis", "rotate_deg", "translate", "matrix"]),
-    ("light", LIGHTS),
-    ("point", &["position", "intensity"]),
-    ("spot", &["position", "direction", "intensity", "inner_deg", "outer_deg", "profile", "rotate_deg"]),
-    ("beam", &["origin", "direction", "radius", "irradiance"]),
-    ("laser", &["origin", "direction", "radius", "power_W", "wavelength_nm", "width_nm"]),
-    ("sun", &["direction", "angle_deg", "irradiance"]),
-    ("constant", &["radiance"]),
-    ("image", &["file", "scale", "transform"]),
     ("spectrum", &["file", "illuminant", "blackbody", "line", "band", "srgb", "linear_rgb", "reflectance", "scale"]),
     ("texture", &["texture", "tiles", "wrap", "filter", "linear", "scale"]),
     ("line", &["nm", "width", "power"]),
@@ -119,17 +92,12 @@ pub const KEYS: &[(&str, &[&str])] = &[
 
 /// Kinds of sensor.
 pub const SENSORS: &[&str] = &["perspective", "orthographic", "irradiance_plane", "irradiance_sphere"];
-/// Kinds of material.
-pub const MATERIALS: &[&str] =
-    &["diffuse", "dielectric", "thin_dielectric", "conductor", "coated", "sheen", "mix", "boundary", "normal_map"];
 /// Kinds of geometry.
 pub const GEOMETRIES: &[&str] = &["sphere", "disc", "cylinder", "quad", "box", "prism", "mesh", "gltf", "instance"];
-/// Kinds of light that are not shapes.
-pub const LIGHTS: &[&str] = &["point", "spot", "beam", "laser", "sun", "constant", "image"];
 /// Kinds of spectrum written as an object.
 pub const SPECTRA: &[&str] = &["file", "illuminant", "blackbody", "line", "band", "srgb", "linear_rgb", "reflectance"];
 
 /// The keys of `kind`; none for an unknown kind.
 pub fn keys_of(kind: &str) -> &'static [&'static str] {
-    KEYS.iter().find(|(name, _)| *name == kind).map_or(&[], |(_, keys)| keys)
+    all().find(|(name, _)| *name == kind).map_or(&[], |(_, keys)| keys)
 }

@@ -1,18 +1,33 @@
 //! Lights that are not shapes.
 
-use crate::color::cie;
 use crate::error::Result;
 use crate::scene::Light;
 use crate::scene::json::Node;
-use crate::scene::json::keys::LIGHTS;
+use crate::scene::json::keys::Keys;
 use crate::scene::json::load::Loader;
 use crate::scene::json::units::Source;
 use crate::scene::lamp::environment;
 use crate::scene::lamp::ies;
 use crate::scene::lamp::profile::lamp_axes;
-use crate::spectrum::{Spectrum, library::Observer};
+use crate::scene::light::spot_solid_angle;
+use crate::spectrum::Spectrum;
 use glam::DVec3;
 use std::f64::consts::PI;
+
+/// Kinds of light that are not shapes.
+const LIGHTS: &[&str] = &["point", "spot", "beam", "laser", "sun", "constant", "image"];
+
+/// The keys of lights.
+pub(super) const KEYS: Keys = &[
+    ("light", LIGHTS),
+    ("point", &["position", "intensity"]),
+    ("spot", &["position", "direction", "intensity", "inner_deg", "outer_deg", "profile", "rotate_deg"]),
+    ("beam", &["origin", "direction", "radius", "irradiance"]),
+    ("laser", &["origin", "direction", "radius", "power_W", "wavelength_nm", "width_nm"]),
+    ("sun", &["direction", "angle_deg", "irradiance"]),
+    ("constant", &["radiance"]),
+    ("image", &["file", "scale", "transform"]),
+];
 
 impl Loader {
     /// Reads `lights`.
@@ -119,21 +134,4 @@ impl Loader {
             profile,
         })
     }
-}
-
-/// Luminous flux of a light that has a place, lm.
-pub fn luminous_flux_lm(light: &Light) -> Option<f64> {
-    let (spectrum, extent) = match light {
-        Light::Point { intensity, .. } => (intensity, 4.0 * PI),
-        Light::Spot { intensity, cos_inner, cos_outer, .. } => (intensity, spot_solid_angle(*cos_inner, *cos_outer)),
-        Light::Profile { intensity, profile, .. } => (intensity, profile.solid_angle()),
-        Light::Beam { irradiance, radius, .. } => (irradiance, PI * radius * radius),
-        Light::Sun { .. } | Light::Constant { .. } | Light::Image(_) => return None,
-    };
-    Some(extent * cie::xyz_of(spectrum, Observer::Cie1931)[1])
-}
-
-/// Integral of a spot's falloff over directions: the smoothstep between the cosines counts half.
-pub(in crate::scene) fn spot_solid_angle(cos_inner: f64, cos_outer: f64) -> f64 {
-    2.0 * PI * (1.0 - 0.5 * (cos_inner + cos_outer))
 }

@@ -4,12 +4,48 @@ use crate::bsdf::sheen::LEAST;
 use crate::error::{Result, quoted, suggest};
 use crate::scene::grain::grain;
 use crate::scene::json::Node;
-use crate::scene::json::keys::MATERIALS;
+use crate::scene::json::keys::Keys;
 use crate::scene::json::load::Loader;
 use crate::scene::json::spectra::Place;
 use crate::scene::{Film, Interior, Material};
 use crate::spectrum::{Ior, Spectrum, library};
 use std::collections::HashMap;
+
+/// Kinds of material.
+const MATERIALS: &[&str] =
+    &["diffuse", "dielectric", "thin_dielectric", "conductor", "coated", "sheen", "mix", "boundary", "normal_map"];
+
+/// The keys of materials, and of what a glTF file's material is replaced with.
+pub(super) const KEYS: Keys = &[
+    ("material", MATERIALS),
+    ("diffuse", &["reflectance"]),
+    ("dielectric", &["ior", "alpha", "roughness", "thin_film", "absorption", "medium", "priority"]),
+    ("thin_dielectric", &["ior", "thickness"]),
+    ("conductor", &["metal", "eta", "k", "reflectance", "alpha", "roughness", "anisotropy", "thin_film"]),
+    ("anisotropy", &["strength", "rotation_deg"]),
+    ("thin_film", &["thickness", "ior"]),
+    ("coated", &["of", "ior", "alpha", "roughness"]),
+    ("sheen", &["of", "color", "alpha", "roughness"]),
+    ("mix", &["a", "b", "weight"]),
+    ("boundary", &["medium", "ior", "priority"]),
+    ("normal_map", &["of", "texture", "tiles", "wrap", "filter", "strength"]),
+    (
+        "override",
+        &[
+            "diffuse",
+            "dielectric",
+            "thin_dielectric",
+            "conductor",
+            "coated",
+            "sheen",
+            "mix",
+            "boundary",
+            "normal_map",
+            "use",
+            "emission",
+        ],
+    ),
+];
 
 /// Thickest film, nm: in thicker ones the colours of neighbouring wavelengths run into each other.
 pub(in crate::scene) const THICKEST_FILM: f64 = 10_000.0;
@@ -54,7 +90,7 @@ impl Materials {
         for (index, (name, _)) in nodes.iter().enumerate() {
             loader.names.insert(name.to_string(), index);
             // Its place: materials may add others of no name.
-            loader.scene.materials.push(Material::Boundary { interior: None });
+            loader.scene.materials.push(Material::NOTHING);
         }
         for (index, (name, node)) in nodes.iter().enumerate() {
             node.object("material")?;
@@ -197,10 +233,11 @@ impl Interior {
 }
 
 impl Loader {
-    /// Puts a film on the material at this index, or on all the levels of its roughness.
+    /// Puts a film on the material at this index, or on what it is made of.
     pub(in crate::scene) fn put_film(&mut self, index: usize, film: &Film) {
-        let filmed = self.scene.levels(index);
-        self.scene.films.extend(filmed.map(|i| (i, film.clone())));
+        let simple = |i: &usize| self.scene.materials[*i].parts().is_empty();
+        let filmed: Vec<usize> = self.scene.made_of(index).into_iter().filter(simple).collect();
+        self.scene.films.extend(filmed.into_iter().map(|i| (i, film.clone())));
     }
 
     /// The index of the material that `node` names.

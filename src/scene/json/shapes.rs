@@ -155,17 +155,8 @@ impl Loader {
 
     /// Is there a picture in this material or emission?
     pub(in crate::scene) fn has_image(&self, material: usize, emission: Option<&Emission>) -> bool {
-        emission.is_some_and(|e| e.radiance.image().is_some()) || self.is_pictured(material)
-    }
-
-    fn is_pictured(&self, material: usize) -> bool {
-        match &self.scene.materials[material] {
-            Material::Diffuse { reflectance } | Material::ColoredConductor { reflectance, .. } => reflectance.image().is_some(),
-            Material::NormalMapped { .. } | Material::Graded { .. } => true,
-            Material::Coated { base, .. } | Material::Sheen { base, .. } => self.is_pictured(*base),
-            Material::Mix { a, b, weight } => weight.image().is_some() || self.is_pictured(*a) || self.is_pictured(*b),
-            _ => false,
-        }
+        let is_pictured = |m: usize| self.scene.materials[m].image().is_some();
+        emission.is_some_and(|e| e.radiance.image().is_some()) || self.scene.made_of(material).into_iter().any(is_pictured)
     }
 
     /// The material that reflects nothing.

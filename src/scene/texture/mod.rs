@@ -202,14 +202,7 @@ impl Mesh {
 
 /// Bytes of all pictures on a scene's surfaces, each counted once.
 pub fn bytes(scene: &Scene) -> u64 {
-    let of_materials = scene.materials.iter().filter_map(|m| match m {
-        Material::Diffuse { reflectance: texture }
-        | Material::ColoredConductor { reflectance: texture, .. }
-        | Material::Graded { roughness: texture, .. }
-        | Material::Mix { weight: texture, .. } => texture.image(),
-        Material::NormalMapped { normals, .. } => Some(normals),
-        _ => None,
-    });
+    let of_materials = scene.materials.iter().filter_map(Material::image);
     let of_lamps = scene.shapes.iter().filter_map(|s| s.emission.as_ref()?.radiance.image());
     let images: HashMap<*const Image, usize> =
         of_materials.chain(of_lamps).map(|t| (Arc::as_ptr(&t.image), size_of_val(t.image.texels.as_slice()))).collect();

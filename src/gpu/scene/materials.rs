@@ -1,0 +1,158 @@
+//! Materials as records, with the tables of what they reflect in all.
+
+use super::rows::{Rows, SpectrumRow};
+use super::textures::Textures;
+use crate::bsdf::energy::EnergyTable;
+use crate::error::{Error, Result};
+use crate::gpu::layout::{self, Material, NO_INDEX};
+use crate::scene::{self, Scene};
+
+/// The record of every material, and the tables that they refer to.
+pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures) -> Result<(Vec<Material>, Vec<f32>)> {
+    let mut tables = Tables::default();
+    let none = Material { interior: NO_INDEX, texture: NO_INDEX, ..Default::default() };
+    let mut materials: Vec<Material> = scene
+        .materials
+        .iter()
+        .enumerate()
+        .map(|(index, m)| match m {
+            scene::Material::Diffuse { reflectance } => {
+                let (a, texture) = textures.add(reflectance, rows);
+                Material { kind: layout::MATERIAL_KIND_DIFFUSE, a, texture, ..none }
+            }
+            scene::Material::Dielectric { interior, alpha } if *alpha == 0.0 => {
+                Material { kind: layout::MATERIAL_KIND_SMOOTH_DIELECTRIC, interior: *interior as u32, ..none }
+            }
+            scene::Material::Dielectric { interior, alpha } => Material {
+                kind: layout::MATERIAL_KIND_ROUGH_DIELECTRIC,
+                interior: *interior as u32,
+                alpha: *alpha as f32,
+                table: tables.add(Table::Dielectric(*alpha)),
+                ..none
+            },
+            scene::Material::ThinDielectric { ior } => {
+                Material { kind: layout::MATERIAL_KIND_THIN_DIELECTRIC, a: rows.add(SpectrumRow::Ior(ior.clone())), ..none }
+            }
+            scene::Material::Conductor { eta, k, alpha } => {
+                let (a, b) = (rows.spectrum(eta), rows.spectrum(k));
+                tables.of_metal(Material { a, b, ..none }, *alpha, scene.grains.get(&index))
+            }
+            scene::Material::ColoredConductor { reflectance, alpha } => {
+                let (a, texture) = textures.add(reflectance, rows);
+                tables.of_metal(Material { a, texture, b: NO_INDEX, ..none }, *alpha, scene.grains.get(&index))
+            }
+            scene::Material::Graded { first, levels, roughness } => {
+                let (a, texture) = textures.add(roughness, rows);
+                // Level 0 need not be there: the index wraps around, and back.
+                let b = (*first as u32).wrapping_sub(levels.start as u32);
+                let c = levels.start as u32 | (levels.end as u32 - 1) << 16;
+                let interior = interior_index(scene.interior_of(*first));
+                Material { kind: layout::MATERIAL_KIND_GRADED, interior, a, b, c, texture, ..none }
+            }
+            scene::Material::Coated { base, ior, alpha } => Material {
+                kind: layout::MATERIAL_KIND_COATED,
+                a: rows.add(SpectrumRow::Ior(ior.clone())),
+                b: *base as u32,
+                alpha: *alpha as f32,
+                table: tables.add(Table::Coat(*alpha)),
+                ..none
+            },
+            scene::Material::Sheen { base, color, alpha } => Material {
+                kind: layout::MATERIAL_KIND_SHEEN,
+                a: rows.spectrum(color),
+                b: *base as u32,
+                table: tables.append(&scene.sheen(color, *alpha).entries()),
+                ..none
+            },
+            scene::Material::Mix { a, b, weight } => {
+                let (b, c, (a, texture)) = (*a as u32, *b as u32, textures.add(weight, rows));
+                Material { kind: layout::MATERIAL_KIND_MIX, a, b, c, texture, ..none }
+            }
+            scene::Material::NormalMapped { base, normals } => {
+                let (_, texture) = textures.add(&scene::Texture::Image(normals.clone()), rows);
+                let interior = interior_index(scene.interior_of(*base));
+                Material { kind: layout::MATERIAL_KIND_NORMAL_MAPPED, interior, b: *base as u32, texture, ..none }
+            }
+            scene::Material::Boundary { interior } => {
+                Material { kind: layout::MATERIAL_KIND_BOUNDARY, interior: interior_index(*interior), ..none }
+            }
+        })
+        .collect();
+    for (&material, film) in &scene.films {
+        materials[material].c = film_rows(film, rows)?;
+    }
+    Ok((materials, tables.entries))
+}
+
+fn film_rows(film: &scene::Film, rows: &mut Rows) -> Result<u32> {
+    let [index, waves] = [SpectrumRow::Ior(film.ior.clone()), SpectrumRow::Waves(film.thickness_nm)].map(|row| rows.add(row));
+    if index.max(waves) > 0xffff {
+        return Err(Error::usage("the scene has too many spectra for its thin films", "share materials between shapes"));
+    }
+    Ok(index | waves << 16)
+}
+
+fn interior_index(interior: Option<usize>) -> u32 {
+    interior.map_or(NO_INDEX, |i| i as u32)
+}
+
+/// Energy tables one after another.
+#[derive(Default)]
+struct Tables {
+    entries: Vec<f32>,
+    /// What was made already, and its first entry.
+    made: Vec<(Table, u32)>,
+}
+
+/// A table, of a GGX width.
+#[derive(Clone, Copy, PartialEq)]
+enum Table {
+    Dielectric(f64),
+    Coat(f64),
+    Conductor(f64),
+    /// And of a grain.
+    Brushed(f64, scene::Grain),
+}
+
+impl Table {
+    fn entries(self) -> Vec<f64> {
+        let flat = |table: EnergyTable| [table.missing, table.mean].concat();
+        match self {
+            Table::Dielectric(alpha) => flat(EnergyTable::dielectric(alpha)),
+            Table::Coat(alpha) => flat(EnergyTable::coat(alpha)),
+            Table::Conductor(alpha) => flat(EnergyTable::conductor(alpha)),
+            Table::Brushed(alpha, grain) => {
+                let (width, (sin, cos)) = (grain.width(alpha), grain.rotation.sin_cos());
+                [flat(EnergyTable::brushed(width)), vec![width.x, cos, sin]].concat()
+            }
+        }
+    }
+}
+
+impl Tables {
+    /// The first entry of this table, which is made once.
+    fn add(&mut self, table: Table) -> u32 {
+        if let Some((_, at)) = self.made.iter().find(|(made, _)| *made == table) {
+            return *at;
+        }
+        let at = self.append(&table.entries());
+        self.made.push((table, at));
+        at
+    }
+
+    fn append(&mut self, entries: &[f64]) -> u32 {
+        let at = self.entries.len() as u32;
+        self.entries.extend(entries.iter().map(|&x| x as f32));
+        at
+    }
+
+    /// `metal` with its kind, width and table.
+    fn of_metal(&mut self, metal: Material, alpha: f64, grain: Option<&scene::Grain>) -> Material {
+        let (kind, table) = match grain {
+            _ if alpha == 0.0 => return Material { kind: layout::MATERIAL_KIND_SMOOTH_CONDUCTOR, ..metal },
+            Some(grain) => (layout::MATERIAL_KIND_BRUSHED_CONDUCTOR, Table::Brushed(alpha, *grain)),
+            None => (layout::MATERIAL_KIND_ROUGH_CONDUCTOR, Table::Conductor(alpha)),
+        };
+        Material { kind, alpha: alpha as f32, table: self.add(table), ..metal }
+    }
+}

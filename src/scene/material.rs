@@ -1,0 +1,245 @@
+//! Materials, and what the rest of the program asks them: where a stage does not handle every kind by itself, it asks here and knows no kinds.
+
+use super::Scene;
+use super::texture::{ImageTexture, Texture};
+use crate::bsdf::fresnel;
+use crate::spectrum::{Ior, Spectrum};
+use std::sync::Arc;
+
+/// What a surface does to light.
+#[derive(Debug, Clone)]
+pub enum Material {
+    /// Lambertian, on both sides.
+    Diffuse {
+        /// Reflectance in [0, 1].
+        reflectance: Texture,
+    },
+    /// The boundary of a transparent solid; smooth for `alpha = 0`, else GGX with energy compensation ([`crate::bsdf`]).
+    Dielectric {
+        /// What is behind the surface (on the side its normal points away from): an index into `Scene::interiors`.
+        interior: usize,
+        /// GGX width, 0 or in [0.001, 1].
+        alpha: f64,
+    },
+    /// A thin pane seen as one surface: reflection 2R/(1+R) with all inner bounces, the rest straight through.
+    ThinDielectric {
+        /// Index of the pane relative to the surroundings.
+        ior: Ior,
+    },
+    /// Metal with complex index `eta + i k`; smooth for `alpha = 0`, else GGX with energy compensation. Reflects on both sides.
+    Conductor {
+        /// Real part.
+        eta: Spectrum,
+        /// Imaginary part.
+        k: Spectrum,
+        /// GGX width, 0 or in [0.001, 1].
+        alpha: f64,
+    },
+    /// Metal of which no index is known, only what it reflects at normal incidence; towards grazing incidence all (Schlick 1994).
+    ColoredConductor {
+        /// Reflectance in [0, 1].
+        reflectance: Texture,
+        /// GGX width, 0 or in [0.001, 1].
+        alpha: f64,
+    },
+    /// A material whose roughness varies: of the two levels next to what the picture says, each in proportion ([`super::roughness`]).
+    Graded {
+        /// Index of the smoothest; the others follow it.
+        first: usize,
+        /// Which levels there are, two at least.
+        levels: std::ops::Range<usize>,
+        /// Roughness in [0, 1], the root of the GGX width.
+        roughness: Texture,
+    },
+    /// A clear coat on another material; smooth for `alpha = 0`, else GGX ([`crate::bsdf::coat`]).
+    Coated {
+        /// Index of what is under it: diffuse, a conductor, or mixtures of such.
+        base: usize,
+        /// Index of the coat.
+        ior: Ior,
+        /// GGX width, 0 or in [0.001, 1].
+        alpha: f64,
+    },
+    /// Sheen over another material ([`crate::bsdf::sheen`]).
+    Sheen {
+        /// Index of what is under it: diffuse, a conductor, a coated material, or mixtures of such.
+        base: usize,
+        /// Its colour, in [0, 1].
+        color: Spectrum,
+        /// Width, in [`LEAST`](crate::bsdf::sheen::LEAST) to 1.
+        alpha: f64,
+    },
+    /// `weight` of `a` and `1 - weight` of `b`.
+    Mix {
+        /// Index of the first material.
+        a: usize,
+        /// Index of the second material.
+        b: usize,
+        /// Share of `a`, in [0, 1].
+        weight: Texture,
+    },
+    /// Another material on a surface that looks finer than it is.
+    NormalMapped {
+        /// Index of that material.
+        base: usize,
+        /// Normals in tangent space as the first three numbers of texels: x along the picture's width, y up the picture, z outwards.
+        normals: Arc<ImageTexture>,
+    },
+    /// No surface at all: light goes straight through, into or out of the interior where there is one.
+    Boundary {
+        /// Index into `Scene::interiors`, if crossing it changes the medium.
+        interior: Option<usize>,
+    },
+}
+
+impl Material {
+    /// No surface, with nothing behind it.
+    pub const NOTHING: Material = Material::Boundary { interior: None };
+
+    /// Indices of the materials that it is made of: what it mixes, covers or varies.
+    pub fn parts(&self) -> Vec<usize> {
+        match self {
+            Material::Mix { a, b, .. } => vec![*a, *b],
+            Material::NormalMapped { base, .. } | Material::Coated { base, .. } | Material::Sheen { base, .. } => vec![*base],
+            Material::Graded { first, levels, .. } => (*first..first + levels.len()).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// The first of the materials that differ from it in their normals or roughness alone.
+    pub fn varied(&self) -> Option<usize> {
+        match self {
+            Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => Some(*base),
+            _ => None,
+        }
+    }
+
+    /// Its picture, if it has one: of a colour, a weight, a roughness or normals.
+    pub fn image(&self) -> Option<&Arc<ImageTexture>> {
+        match self {
+            Material::Diffuse { reflectance: texture }
+            | Material::ColoredConductor { reflectance: texture, .. }
+            | Material::Graded { roughness: texture, .. }
+            | Material::Mix { weight: texture, .. } => texture.image(),
+            Material::NormalMapped { normals, .. } => Some(normals),
+            _ => None,
+        }
+    }
+
+    /// The interior behind it, an index into `Scene::interiors`.
+    pub fn interior(&self) -> Option<usize> {
+        match self {
+            Material::Dielectric { interior, .. } => Some(*interior),
+            Material::Boundary { interior } => *interior,
+            _ => None,
+        }
+    }
+
+    /// The interior behind it and its GGX width, if light is refracted into that.
+    pub fn interface(&self) -> Option<(usize, f64)> {
+        match self {
+            Material::Dielectric { interior, alpha } => Some((*interior, *alpha)),
+            _ => None,
+        }
+    }
+
+    /// Index relative to the surroundings, if it is a thin pane.
+    pub fn pane(&self) -> Option<&Ior> {
+        match self {
+            Material::ThinDielectric { ior } => Some(ior),
+            _ => None,
+        }
+    }
+
+    /// GGX width of its facets, 0 if it is smooth; `None` if it has no such facets of its own.
+    pub fn alpha(&self) -> Option<f64> {
+        match self {
+            Material::Dielectric { alpha, .. }
+            | Material::Conductor { alpha, .. }
+            | Material::ColoredConductor { alpha, .. }
+            | Material::Coated { alpha, .. } => Some(*alpha),
+            _ => None,
+        }
+    }
+
+    /// GGX width of bare metal, to be changed.
+    pub(super) fn metal_alpha_mut(&mut self) -> Option<&mut f64> {
+        match self {
+            Material::Conductor { alpha, .. } | Material::ColoredConductor { alpha, .. } => Some(alpha),
+            _ => None,
+        }
+    }
+
+    /// True if it makes caustics worth aiming at, by itself: a coat bends but little of the light that meets it.
+    pub fn bends(&self) -> bool {
+        match self {
+            Material::Dielectric { .. }
+            | Material::ThinDielectric { .. }
+            | Material::Conductor { .. }
+            | Material::ColoredConductor { .. } => true,
+            Material::Diffuse { .. }
+            | Material::Boundary { .. }
+            | Material::Coated { .. }
+            | Material::Sheen { .. }
+            | Material::Mix { .. }
+            | Material::NormalMapped { .. }
+            | Material::Graded { .. } => false,
+        }
+    }
+
+    /// False if it lets light through by itself; what it is made of may.
+    pub fn is_opaque(&self) -> bool {
+        !matches!(self, Material::Dielectric { .. } | Material::ThinDielectric { .. } | Material::Boundary { .. })
+    }
+}
+
+impl Scene {
+    /// The material at `index` and all that it is made of, each once.
+    pub fn made_of(&self, index: usize) -> Vec<usize> {
+        let (mut all, mut at) = (vec![index], 0);
+        while at < all.len() {
+            for part in self.materials[all[at]].parts() {
+                if !all.contains(&part) {
+                    all.push(part);
+                }
+            }
+            at += 1;
+        }
+        all
+    }
+
+    /// The material whose normals or roughness vary in this one, or else itself.
+    pub fn bare(&self, mut index: usize) -> usize {
+        while let Some(base) = self.materials[index].varied() {
+            index = base;
+        }
+        index
+    }
+
+    /// The interior that a surface of this material encloses: its own, or that of the material whose normals or roughness vary.
+    pub fn interior_of(&self, material: usize) -> Option<usize> {
+        self.materials[self.bare(material)].interior()
+    }
+
+    /// What a material looks like at `nm` without light and shade, pictures by their mean: what it reflects at normal incidence (1 for glass), and the
+    /// share of rays that it stops.
+    pub fn albedo(&self, material: usize, nm: f64) -> [f64; 2] {
+        match &self.materials[material] {
+            Material::Diffuse { reflectance } | Material::ColoredConductor { reflectance, .. } => [reflectance.average(nm), 1.0],
+            Material::Dielectric { .. } | Material::ThinDielectric { .. } => [1.0, 1.0],
+            Material::Conductor { eta, k, .. } => {
+                let around = self.interiors[0].ior.eval(nm);
+                [fresnel::conductor(1.0, eta.eval(nm) / around, k.eval(nm) / around), 1.0]
+            }
+            Material::Mix { a, b, weight } => {
+                let (w, a, b) = (weight.average(nm), self.albedo(*a, nm), self.albedo(*b, nm));
+                std::array::from_fn(|i| w * a[i] + (1.0 - w) * b[i])
+            }
+            Material::NormalMapped { base, .. }
+            | Material::Coated { base, .. }
+            | Material::Sheen { base, .. }
+            | Material::Graded { first: base, .. } => self.albedo(*base, nm),
+            Material::Boundary { .. } => [0.0, 0.0],
+        }
+    }
+}
