@@ -9,11 +9,10 @@ use serde_json::{Value, json};
 use std::collections::{BTreeSet, HashSet};
 use wgpu::naga::{self, Function, Handle, Module, Statement};
 
-/// Names and texts of all kernels of a scene. Sizes of the scene, which upload finds, are stood in for.
+/// Names and texts of all kernels of a scene. The length of the traversal's stack, which upload finds, is stood in for.
 pub fn kernels(scene: &Scene) -> Vec<(&'static str, String)> {
     let plan = Plan::new(scene, Techniques::default());
-    let constants = plan.constants()
-        + "const BVH_STACK = 24u;\nconst LIGHTS = 3u;\nconst FIRST_DISTANT_LIGHT = 1u;\nconst ENVIRONMENT_LIGHT = 2u;\nconst TARGETS = 2u;\nconst HEADS = 1024u;\nconst POINTS = 512u;\nconst FIRST_UV = 8u;\nconst FIRST_INSTANCED = 1024u;\nconst FIRST_OWNER = 70u;\nconst NEAR_LIGHTS = 1u;\nconst NEAR_SHARE = 0.5;\nconst LIGHT_GRID_SIDE = 4u;\nconst LIGHT_ENTRIES = 1u;\nconst LIGHTS_OF_ENTRY = 2u;\nconst FIRST_LIGHT_IN_ORDER = 64u;\nconst SCENE_RAMP_LOW = vec3f(0.0);\nconst SCENE_RAMP_PER_METRE = vec3f(1.0);\nconst NEAR_RAMP_LOW = vec3f(0.0);\nconst NEAR_RAMP_PER_METRE = vec3f(2.0);\n";
+    let constants = plan.constants() + "const BVH_STACK = 32u;\n";
     let mut roots =
         vec![("camera_paths.wgsl", plan.camera), ("update_film.wgsl", plan.camera), ("first_hits.wgsl", plan.first_hits)];
     roots.extend(plan.light.map(|features| ("light_paths.wgsl", features)));
