@@ -15,11 +15,11 @@ fn primitive_row(i: u32) -> vec4f {
 #if INSTANCES
 // The instance that the primitive of this number is part of, or NONE.
 fn instance_of(number: u32) -> u32 {
-    if (number < FIRST_INSTANCED) {
+    if (number < params.first_instanced) {
         return NONE;
     }
-    let granule = (number - FIRST_INSTANCED) / GRANULE;
-    let four = load_instances(FIRST_OWNER + granule / 4u);
+    let granule = (number - params.first_instanced) / GRANULE;
+    let four = load_instances(params.first_owner + granule / 4u);
     let pair = select(four.xy, four.zw, (granule & 2u) != 0u);
     return select(pair.x, pair.y, (granule & 1u) != 0u);
 }

@@ -18,7 +18,7 @@ fn uv_at(number: u32, p: vec3f) -> vec2f {
     let scale = 1.0 / max(dot(n, n), 1e-37);
     let b1 = dot(cross(p - p0, e2), n) * scale;
     let b2 = dot(cross(e1, p - p0), n) * scale;
-    let at = FIRST_UV + 2u * primitive.place;
+    let at = params.first_uv + 2u * primitive.place;
     let ab = bitcast<vec4f>(load_textures(at));
     let c = bitcast<vec4f>(load_textures(at + 1u)).xy;
     return (1.0 - b1 - b2) * ab.xy + b1 * ab.zw + b2 * c;
@@ -102,7 +102,7 @@ fn mapped_normal(index: u32, s: Surface) -> vec3f {
     let p0 = primitive.r0.xyz;
     let e1 = primitive.r1.xyz - p0;
     let e2 = primitive.r2.xyz - p0;
-    let at = FIRST_UV + 2u * primitive.place;
+    let at = params.first_uv + 2u * primitive.place;
     let ab = bitcast<vec4f>(load_textures(at));
     let d1 = ab.zw - ab.xy;
     let d2 = bitcast<vec4f>(load_textures(at + 1u)).xy - ab.xy;

@@ -24,7 +24,7 @@ fn target_at(i: u32) -> vec4f {
 // How many targets the ray meets.
 fn targets_hit(o: vec3f, d: vec3f) -> f32 {
     var count = 0.0;
-    for (var i = 0u; i < TARGETS; i++) {
+    for (var i = 0u; i < params.targets; i++) {
         let t = target_at(i);
         let v = t.xyz - o;
         let b = dot(v, d);
@@ -47,7 +47,7 @@ fn target_solid_angle(i: u32, p: vec3f) -> f32 {
 
 fn all_solid_angles(p: vec3f) -> f32 {
     var total = 0.0;
-    for (var i = 0u; i < TARGETS; i++) {
+    for (var i = 0u; i < params.targets; i++) {
         total += target_solid_angle(i, p);
     }
     return total;
@@ -57,7 +57,7 @@ fn all_solid_angles(p: vec3f) -> f32 {
 fn sample_target(p: vec3f, total: f32, u: vec2f) -> vec3f {
     var left = u.x * total;
     var chosen = 0u;
-    for (var i = 0u; i + 1u < TARGETS; i++) {
+    for (var i = 0u; i + 1u < params.targets; i++) {
         let w = target_solid_angle(i, p);
         if (chosen == i && left >= w) {
             left -= w;
@@ -116,7 +116,7 @@ fn scene_cross_section() -> f32 {
 
 fn all_cross_sections() -> f32 {
     var total = 0.0;
-    for (var i = 0u; i < TARGETS; i++) {
+    for (var i = 0u; i < params.targets; i++) {
         let r = target_at(i).w;
         total += PI * r * r;
     }
@@ -127,7 +127,7 @@ fn all_cross_sections() -> f32 {
 fn sample_target_line(d: vec3f, u: vec2f) -> vec3f {
     var left = u.x * all_cross_sections();
     var chosen = 0u;
-    for (var i = 0u; i + 1u < TARGETS; i++) {
+    for (var i = 0u; i + 1u < params.targets; i++) {
         let r = target_at(i).w;
         if (chosen == i && left >= PI * r * r) {
             left -= PI * r * r;

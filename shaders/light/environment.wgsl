@@ -79,7 +79,7 @@ fn distant_emission(light: Light, d: vec3f, at: u32) -> f32 {
 
 // Adds what an escaping ray sees.
 fn add_environment(d: vec3f) {
-    for (var i = FIRST_DISTANT_LIGHT; i < LIGHTS; i++) {
+    for (var i = params.first_distant_light; i < params.lights; i++) {
         let light = load_Light(i);
         switch light.kind {
 #if ENV_CONSTANT

@@ -58,7 +58,7 @@ fn alias_entry(u: f32, count: u32) -> vec2f {
 
 // Light `i` with probability its probability.
 fn choose_light(u: f32) -> u32 {
-    let at = alias_entry(u, LIGHTS);
+    let at = alias_entry(u, params.lights);
     let i = u32(at.x);
     return select(load_Light(i).alias_index, i, at.y < load_Light(i).alias_threshold);
 }
@@ -71,10 +71,10 @@ struct LightChoice {
 // A light for the point `p`: one that has a place by what it could send there, another by its share.
 fn choose_light_for(p: vec3f, u: f32) -> LightChoice {
 #if LIGHT_GRID
-    if (NEAR_SHARE < 1.0 && u >= NEAR_SHARE) {
-        var left = u - NEAR_SHARE;
-        var chosen = NEAR_LIGHTS;
-        for (var i = NEAR_LIGHTS; i + 1u < LIGHTS; i++) {
+    if (params.near_share < 1.0 && u >= params.near_share) {
+        var left = u - params.near_share;
+        var chosen = params.first_distant_light;
+        for (var i = params.first_distant_light; i + 1u < params.lights; i++) {
             let share = load_Light(i).probability;
             if (chosen == i && left >= share) {
                 left -= share;
@@ -83,7 +83,7 @@ fn choose_light_for(p: vec3f, u: f32) -> LightChoice {
         }
         return LightChoice(chosen, load_Light(chosen).probability);
     }
-    return choose_near_light(p, u / NEAR_SHARE);
+    return choose_near_light(p, u / params.near_share);
 #else
     let index = choose_light(u);
     return LightChoice(index, load_Light(index).probability);
@@ -93,7 +93,7 @@ fn choose_light_for(p: vec3f, u: f32) -> LightChoice {
 // Probability that a camera path at `p` chooses light `index`.
 fn probability_of_choice(light: Light, index: u32, p: vec3f) -> f32 {
 #if LIGHT_GRID
-    if (index < NEAR_LIGHTS) {
+    if (index < params.first_distant_light) {
         return probability_of_near_light(index, p);
     }
 #endif

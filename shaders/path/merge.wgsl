@@ -27,15 +27,15 @@ fn cell_of(p: vec3f) -> vec3i {
     return vec3i(floor(p / (2.0 * gather_radius(params.gather_reach))));
 }
 
-// Every pass has HEADS of its own: what a pass looks up lies together, as its points do.
+// Every pass has cells of its own: what a pass looks up lies together, as its points do.
 fn cell_head(cell: vec3i, pass_index: u32) -> u32 {
     let c = vec3u(cell);
-    return pass_index * HEADS + (hash(c.x * 0x9e3779b1u ^ hash(c.y * 0x85ebca77u ^ hash(c.z * 0xc2b2ae3du))) & (HEADS - 1u));
+    return pass_index * params.heads + (hash(c.x * 0x9e3779b1u ^ hash(c.y * 0x85ebca77u ^ hash(c.z * 0xc2b2ae3du))) & (params.heads - 1u));
 }
 
 // Where the rest of a point begins.
 fn rest_of_point(slot: u32) -> u32 {
-    return POINTS + slot * POINT_STRIDE;
+    return params.points + slot * POINT_STRIDE;
 }
 
 #if CAMERA_PATHS

@@ -109,7 +109,7 @@ fn connect(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
 fn light_spectrum(light: LightSample, k: u32) -> vec4f {
 #if ENV_IMAGE
     if (light.texel != NONE) {
-        return environment_radiance(load_Light(ENVIRONMENT_LIGHT), light.texel, k);
+        return environment_radiance(load_Light(params.environment_light), light.texel, k);
     }
 #endif
 #if LIGHT_TEXTURES

@@ -1,5 +1,6 @@
 //! Finding and opening an adapter.
 
+use super::kernel::Kernels;
 use super::layout::TABLE_WIDTH;
 use crate::error::{Error, Result};
 use crate::memory;
@@ -76,6 +77,7 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// What it is.
     pub info: AdapterInfo,
+    pub(super) kernels: Kernels,
 }
 
 fn adapters() -> Vec<wgpu::Adapter> {
@@ -133,7 +135,7 @@ impl Gpu {
         });
         let (device, queue) = pollster::block_on(request)
             .map_err(|e| Error::device(format!("{} refused a device: {e}", info.name), "choose another adapter with --device"))?;
-        Ok(Self { device, queue, info })
+        Ok(Self { device, queue, info, kernels: Kernels::default() })
     }
 
     /// Largest storage buffer that may be bound, bytes.

@@ -2,7 +2,9 @@
 
 use super::{Gpu, Resource, Timer, layout, shader};
 use crate::error::{Error, Result};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
 
 /// WGSL of the kernel of root file `root`; `constants` and `features` are the plan's and the scene's. An error says where in `shaders/`
@@ -15,8 +17,23 @@ fn defect(name: &str, problem: &str) -> Error {
     Error::device(format!("shader {name}: {problem}"), "this is a defect of Abbe: please report it with the scene")
 }
 
+/// Compiled kernels of a device.
+#[derive(Debug, Default)]
+pub(super) struct Kernels {
+    /// By root file and text.
+    kept: Mutex<HashMap<(String, String), Kernel>>,
+    compilations: AtomicUsize,
+}
+
+impl Gpu {
+    /// How many kernels were compiled so far.
+    pub fn compilations(&self) -> usize {
+        self.kernels.compilations.load(Ordering::Relaxed)
+    }
+}
+
 /// A compiled kernel.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Kernel {
     pipeline: wgpu::ComputePipeline,
     /// (name, binding) of every resource in use.
@@ -24,13 +41,20 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// Compiles the kernel of root file `root`; see [`kernel_source`].
+    /// Compiles the kernel of root file `root`, or takes it if `gpu` has compiled the same text before; see [`kernel_source`].
     ///
     /// # Errors
     /// [`Error::Device`] if assembly or compilation fails, which is a defect of Abbe or of the driver.
     pub fn new(gpu: &Gpu, root: &str, constants: &str, features: &BTreeMap<&str, bool>) -> Result<Self> {
         let source = kernel_source(root, constants, features).map_err(|e| defect(root, &e))?;
-        Self::compile(gpu, root, source)
+        let key = (root.to_string(), source.clone());
+        let kept = || gpu.kernels.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kernel) = kept().get(&key) {
+            return Ok(kernel.clone());
+        }
+        let kernel = Self::compile(gpu, root, source)?;
+        kept().insert(key, kernel.clone());
+        Ok(kernel)
     }
 
     /// Compiles WGSL whose entry point is `main`; `name` stands for it in messages.
@@ -38,6 +62,7 @@ impl Kernel {
     /// # Errors
     /// [`Error::Device`] if that fails.
     pub fn compile(gpu: &Gpu, name: &str, source: String) -> Result<Self> {
+        gpu.kernels.compilations.fetch_add(1, Ordering::Relaxed);
         let defect = |e: String| defect(name, &e);
         let module = wgpu::naga::front::wgsl::parse_str(&source).map_err(|e| defect(e.emit_to_string(&source)))?;
         // Only what `main` uses is in the pipeline's layout.

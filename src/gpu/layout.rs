@@ -217,6 +217,46 @@ shared_records! {
         light_units: u32,
         /// Texel of the table of work items at which their groups begin.
         first_work_group: u32,
+        /// Cells that visible points of a pass are kept in, a power of two.
+        heads: u32,
+        /// Visible points that there is room for.
+        points: u32,
+        /// Lights, the distant ones (sun, constant, image) last.
+        lights: u32,
+        /// Number of the first distant one.
+        first_distant_light: u32,
+        /// Number of the light that shows a picture.
+        environment_light: u32,
+        /// Spheres that light paths are aimed at.
+        targets: u32,
+        /// Texel of the table of textures at which coordinates of primitives begin.
+        first_uv: u32,
+        /// Number of the first primitive that is part of an instance.
+        first_instanced: u32,
+        /// Texel of the table of instances at which the instances of numbers begin.
+        first_owner: u32,
+        /// Probability that a light with a place is chosen, which the grid of lights does (light/grid.wgsl).
+        near_share: f32,
+        /// Cells of the grid along an axis.
+        light_grid_side: u32,
+        /// Entries of a cell's table.
+        light_entries: u32,
+        /// Lights that share an entry.
+        lights_of_entry: u32,
+        /// Texel of the grid's table at which, where lights share entries, the lights in their order begin.
+        first_light_in_order: u32,
+        /// Unused.
+        pad_0: u32,
+        /// Unused.
+        pad_1: u32,
+        /// Least corner of the ramp over the scene, by which the grid's cells lie ...
+        scene_ramp_low: Vec4,
+        /// ... its slope, m^-1, ...
+        scene_ramp_per_metre: Vec4,
+        /// ... and likewise of the ramp over the lights and what is close by.
+        near_ramp_low: Vec4,
+        /// m^-1.
+        near_ramp_per_metre: Vec4,
         /// Eye, corner or centre, relative to the scene's origin.
         origin: Vec4,
         /// Right, or edge u.

@@ -25,6 +25,7 @@ use crate::stage::{self, Stage};
 use crate::stats::BatchStats;
 use bytemuck::cast_slice;
 use glam::{UVec4, Vec4};
+use std::sync::Arc;
 
 /// Most passes of one dispatch.
 const PASSES_PER_DISPATCH: u32 = 16;
@@ -44,7 +45,7 @@ const SAMPLE_BYTES_GPU: u64 = 128 << 20;
 /// Renders a scene on an adapter.
 #[derive(Debug)]
 pub struct GpuIntegrator {
-    gpu: Gpu,
+    gpu: Arc<Gpu>,
     pub(super) plan: Plan,
     camera: Pass,
     /// Finds the caustics, where there can be any.
@@ -101,14 +102,20 @@ impl GpuIntegrator {
     /// # Errors
     /// As [`GpuIntegrator::new`].
     pub fn with_plan(scene: &Scene, device: Option<&str>, seed: u64, plan: Plan) -> Result<Self> {
-        let gpu = Gpu::open(device)?;
+        Self::on(Arc::new(Gpu::open(device)?), scene, seed, plan)
+    }
+
+    /// Likewise, on a device that is open already: what was compiled there for this plan, whatever the scene, is not compiled again.
+    ///
+    /// # Errors
+    /// As [`GpuIntegrator::new`].
+    pub fn on(gpu: Arc<Gpu>, scene: &Scene, seed: u64, plan: Plan) -> Result<Self> {
         let gpu_scene = GpuScene::new(&gpu, scene, plan.techniques.guiding)?;
         stage::enter(Stage::Compiling);
-        let params = params(
+        let mut params = params(
             scene,
             bounds_of_all(&scene.shapes),
-            gpu_scene.origin,
-            gpu_scene.power,
+            &gpu_scene,
             gather::reach(scene),
             texels::<PassHead>() + gpu_scene.rows.len() as u32 * plan.lanes.div_ceil(4),
         )?;
@@ -116,9 +123,8 @@ impl GpuIntegrator {
         let blocks = [params, probed(&params)].iter().map(|p| blocks(largest(p))).max().unwrap_or(1);
         let passes = (EVENTS_OF_INVOCATION / scene.max_depth.max(1)).clamp(1, PASSES_PER_DISPATCH);
         let gather = if plan.has(Feature::Gathered) { Some(Gather::new(&gpu, &plan, scene, blocks, passes)?) } else { None };
-        let (heads, points) = gather.as_ref().map_or((0, 0), |g| (g.cells, g.slots));
-        let constants =
-            plan.constants() + &gpu_scene.constants + &format!("const HEADS = {heads}u;\nconst POINTS = {points}u;\n");
+        (params.heads, params.points) = gather.as_ref().map_or((0, 0), |g| (g.cells, g.slots));
+        let constants = plan.constants() + &gpu_scene.constants;
         let limit = gpu.device.limits().max_compute_workgroups_per_dimension;
         let pass = |roots: &[&str], features: Features, limit: u32, first_time: usize| -> Result<Pass> {
             let kernels =
@@ -136,7 +142,7 @@ impl GpuIntegrator {
         let light = plan.light.map(|f| pass(&["light_paths.wgsl"], f, limit, 2)).transpose()?;
         let uniforms = gpu.uniform("params", std::mem::size_of::<Params>() as u64);
         let counters = gpu.empty_storage("counters", (COUNTERS * 4) as u64)?;
-        let guide = plan.guides(gpu_scene.lights).map(|[axes, aims]| Guide::new(&gpu, axes, aims)).transpose()?;
+        let guide = plan.guides(gpu_scene.params.lights).map(|[axes, aims]| Guide::new(&gpu, axes, aims)).transpose()?;
         let seed = (seed ^ (seed >> 32)) as u32;
         let (wavelengths, bins) = (Wavelengths::new(scene), scene.film.bins);
         let adaptive = plan.is_adaptive().then(|| Adaptive::new(&scene.film));

@@ -1,9 +1,9 @@
-//! What the shaders are told of the sensor and the film.
+//! What the shaders are told of the sensor, the film and the scene's sizes.
 
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::gpu::layout::Params;
-use crate::gpu::scene::ranks;
+use crate::gpu::scene::{GpuScene, ranks};
 use crate::scene::initial_interiors;
 use crate::scene::{Filter, Scene, Sensor};
 use glam::{DVec3, Vec4};
@@ -13,12 +13,11 @@ use std::f64::consts::PI;
 pub(super) fn params(
     scene: &Scene,
     bounds: Bounds,
-    origin: DVec3,
-    power: f64,
+    uploaded: &GpuScene,
     gather_reach: f32,
     spectra_stride: u32,
 ) -> Result<Params> {
-    let film = &scene.film;
+    let (film, origin, power) = (&scene.film, uploaded.origin, uploaded.power);
     let local = |p: DVec3| (p - origin).as_vec3().extend(0.0);
     let vec4 = |v: DVec3| v.as_vec3().extend(0.0);
     let aspect = f64::from(film.width) / f64::from(film.height);
@@ -39,7 +38,7 @@ pub(super) fn params(
             Filter::Tent { radius } => radius as f32,
             Filter::Gaussian { sigma } => sigma as f32,
         },
-        ..Default::default()
+        ..uploaded.params
     };
     let start = match &scene.sensor {
         Sensor::Perspective { eye, frame, tan_half_vfov, lens_radius, focus_distance } => {

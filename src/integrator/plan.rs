@@ -89,7 +89,7 @@ impl Plan {
     }
 
     /// The axes of [`super::guide`] along which light paths from so many lights are guided, if they are, and those that aim (light/emit.wgsl).
-    pub(super) fn guides(&self, lights: usize) -> Option<[[bool; super::guide::AXES]; 2]> {
+    pub(super) fn guides(&self, lights: u32) -> Option<[[bool; super::guide::AXES]; 2]> {
         let distant = self.has(Feature::LightEnvironment);
         let on_light = distant || self.has(Feature::LightArea) || self.has(Feature::LightBeam);
         let direction = distant || self.has(Feature::LightArea) || self.has(Feature::LightPoint);

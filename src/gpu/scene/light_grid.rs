@@ -8,6 +8,7 @@
 use super::alias::alias_table;
 use super::placed_lights::{Glimpse, PlacedLight};
 use crate::geometry::Bounds;
+use crate::gpu::layout::Params;
 use glam::{DVec3, UVec4};
 use rayon::prelude::*;
 
@@ -22,14 +23,15 @@ const BY_POWER: f64 = 0.1;
 /// Steps of the thresholds, which share a word with the number of an entry.
 const STEPS: f64 = 65536.0;
 
-/// The tables of all cells, x fastest, and the constants by which the shader finds a cell.
+/// The tables of all cells, x fastest.
 #[derive(Default)]
 pub(super) struct LightGrid {
     /// Two entries to a texel: threshold (upper half) and alias, probability as a float. Where entries stand for several lights, behind all cells the lights
     /// in the order of their entries, one to a texel: threshold and alias among those of the entry, probability there, number; and for each light its place
     /// in that order, four to a texel.
     pub texels: Vec<UVec4>,
-    pub constants: String,
+    /// Where the shader finds a cell, and lights in it; the rest is zero.
+    pub params: Params,
 }
 
 /// Lights in an order in which those alike follow one another: by the axis that they face, then along a space-filling curve (Morton 1966).
@@ -88,13 +90,11 @@ impl Ramps {
         0.5 * (low + high)
     }
 
-    fn constants(&self, origin: DVec3) -> String {
-        let vector = |v: DVec3| format!("vec3f({:?}, {:?}, {:?})", v.x as f32, v.y as f32, v.z as f32);
-        let ramp = |name: &str, b: &Bounds| {
-            let [low, per_metre] = [b.min - origin, 1.0 / (b.max - b.min)].map(vector);
-            format!("const {name}_LOW = {low};\nconst {name}_PER_METRE = {per_metre};\n")
-        };
-        ramp("SCENE_RAMP", &self.scene) + &ramp("NEAR_RAMP", &self.near)
+    fn params(&self, origin: DVec3) -> Params {
+        let ramp = |b: &Bounds| [b.min - origin, 1.0 / (b.max - b.min)].map(|v| v.as_vec3().extend(0.0));
+        let [scene_ramp_low, scene_ramp_per_metre] = ramp(&self.scene);
+        let [near_ramp_low, near_ramp_per_metre] = ramp(&self.near);
+        Params { scene_ramp_low, scene_ramp_per_metre, near_ramp_low, near_ramp_per_metre, ..Default::default() }
     }
 }
 
@@ -122,12 +122,13 @@ pub(super) fn build(lights: &[PlacedLight], scene: Bounds, origin: DVec3) -> Lig
             table.chunks(2).map(|c| UVec4::new(c[0].0, c[0].1, c[c.len() - 1].0, c[c.len() - 1].1)).collect::<Vec<_>>()
         })
         .collect();
-    let constants = format!(
-        "const LIGHT_GRID_SIDE = {side}u;\nconst LIGHT_ENTRIES = {}u;\nconst LIGHTS_OF_ENTRY = {each}u;\nconst FIRST_LIGHT_IN_ORDER = {}u;\n{}",
-        entries.len(),
-        texels.len(),
-        ramps.constants(origin)
-    );
+    let params = Params {
+        light_grid_side: side as u32,
+        light_entries: entries.len() as u32,
+        lights_of_entry: each as u32,
+        first_light_in_order: texels.len() as u32,
+        ..ramps.params(origin)
+    };
     if each > 1 {
         let mut places = vec![0; order.len().next_multiple_of(4)];
         for (at, lights_of_entry) in order.chunks(each).enumerate() {
@@ -139,7 +140,7 @@ pub(super) fn build(lights: &[PlacedLight], scene: Bounds, origin: DVec3) -> Lig
         }
         texels.extend(places.chunks_exact(4).map(UVec4::from_slice));
     }
-    LightGrid { texels, constants }
+    LightGrid { texels, params }
 }
 
 /// Probabilities of the entries in a cell that has these points.

@@ -19,7 +19,7 @@ pub use rows::SpectrumRow;
 pub use targets::targets;
 
 use crate::error::{Error, Result};
-use crate::gpu::layout::{Interior, NO_INDEX};
+use crate::gpu::layout::{Interior, NO_INDEX, Params};
 use crate::gpu::{Gpu, Resource};
 use crate::scene::{Scene, bounds_of_all};
 use crate::spectrum::Spectrum;
@@ -29,6 +29,9 @@ use ranks::rank;
 use rows::Rows;
 use textures::Textures;
 
+/// Least entries of a traversal's stack: as many as nearly all scenes need.
+const LEAST_STACK: u32 = 32;
+
 /// The scene on the GPU.
 #[derive(Debug)]
 pub struct GpuScene {
@@ -36,14 +39,14 @@ pub struct GpuScene {
     pub resources: Vec<(&'static str, Resource)>,
     /// Rows of the spectral table, in order.
     pub rows: Vec<SpectrumRow>,
-    /// What the shaders call the scene's sizes.
+    /// The scene's sizes; the rest is zero.
+    pub params: Params,
+    /// What is left of its sizes to kernels: the length of the traversal's stack, in coarse steps, since scenes of one length share compiled kernels.
     pub constants: String,
     /// Subtracted from world positions: the middle of the scene.
     pub origin: DVec3,
     /// Power of all lights, mean over the film's range, W nm^-1.
     pub power: f64,
-    /// Records of lights; a mesh has one for each triangle.
-    pub lights: usize,
     /// Bytes in all of them.
     pub bytes: u64,
 }
@@ -92,21 +95,21 @@ impl GpuScene {
             ("textures", gpu.table("textures", &textures)?),
         ];
         let bytes = resources.iter().map(|(_, r)| r.size()).sum();
-        let constants = format!(
-            "const BVH_STACK = {}u;\nconst LIGHTS = {}u;\nconst FIRST_DISTANT_LIGHT = {}u;\nconst ENVIRONMENT_LIGHT = {}u;\nconst TARGETS = {}u;\nconst FIRST_UV = {first_uv}u;\nconst FIRST_INSTANCED = {}u;\nconst FIRST_OWNER = {}u;\nconst NEAR_LIGHTS = {}u;\nconst NEAR_SHARE = {:?};\n{}",
-            geometry.stack,
-            records.len(),
-            lights.first_distant,
-            lights.environment_light,
-            targets.len(),
-            geometry.instances.first_number,
-            geometry.instances.first_owner,
-            lights.first_distant,
-            lights.near_share as f32,
-            lights.grid.constants,
-        );
+        let params = Params {
+            lights: records.len() as u32,
+            first_distant_light: lights.first_distant as u32,
+            environment_light: lights.environment_light as u32,
+            targets: targets.len() as u32,
+            first_uv: first_uv as u32,
+            first_instanced: geometry.instances.first_number,
+            first_owner: geometry.instances.first_owner,
+            near_share: lights.near_share as f32,
+            ..lights.grid.params
+        };
+        let stack = geometry.stack.next_power_of_two().max(LEAST_STACK);
+        let constants = format!("const BVH_STACK = {stack}u;\n");
         let power = lights.power;
-        Ok(Self { resources, power, lights: records.len(), rows: rows.all, constants, origin, bytes })
+        Ok(Self { resources, power, rows: rows.all, params, constants, origin, bytes })
     }
 }
 

@@ -20,7 +20,7 @@ fn what_is_no_radiance_is_dropped_and_counted_by_its_cause() {
     let gpu = Gpu::open(None).unwrap();
     let scene = scene_of(json!({"film": {"width": 8, "height": 8, "bins": 4}}));
     let (plan, uploaded) = (Plan::new(&scene, Techniques::default()), GpuScene::new(&gpu, &scene, true).unwrap());
-    let constants = plan.constants() + &uploaded.constants + "const HEADS = 0u;\n";
+    let constants = plan.constants() + &uploaded.constants;
     let kernel = Kernel::new(&gpu, "update_film.wgsl", &constants, &plan.camera.switches()).unwrap();
     let stride = texels::<PassHead>() + uploaded.rows.len() as u32;
     // Two samples of each of 64 pixels: a good one, and one by what the pixel's number says. -3e38 stands for a sample that did not finish.

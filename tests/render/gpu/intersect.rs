@@ -1,6 +1,7 @@
 //! The shaders' traversal and intersectors against double precision, and watertight meshes.
 
 use super::support::*;
+use abbe::gpu::layout::Params;
 use abbe::gpu::scene::GpuScene;
 use abbe::gpu::{Gpu, Resource};
 use abbe::integrator::{Plan, Techniques};
@@ -32,7 +33,9 @@ fn trace(gpu: &Gpu, scene: &Scene, uploaded: &GpuScene, rays: &[[Vec3; 2]]) -> V
     let texels: Vec<Vec4> = rays.iter().flatten().map(|v| v.extend(0.0)).collect();
     let rays_table = gpu.table("rays", &texels).unwrap();
     let mut resources: Vec<(&str, &Resource)> = uploaded.resources.iter().map(|(name, r)| (*name, r)).collect();
-    resources.push(("rays", &rays_table));
+    let uniforms = gpu.uniform("params", size_of::<Params>() as u64);
+    gpu.write(&uniforms, &[uploaded.params]);
+    resources.extend([("rays", &rays_table), ("params", &uniforms)]);
     let words = run_kernel(gpu, source, &resources, rays.len(), rays.len() as u32 / 64);
     words.into_iter().map(f32::from_bits).collect()
 }

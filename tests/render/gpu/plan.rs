@@ -1,19 +1,21 @@
 //! Only what a scene needs is compiled, and whatever it needs compiles.
 
 use super::support::*;
-use abbe::gpu::kernel_source;
+use abbe::film::Film;
+use abbe::gpu::{Gpu, kernel_source};
 use abbe::integrator::{Feature, GpuIntegrator, Plan, Techniques};
+use abbe::render::Integrator;
 use abbe::scene::{Geometry, Instance, Scene};
 use glam::DAffine3;
 use serde_json::{Value, json};
 use std::collections::{BTreeSet, HashSet};
+use std::sync::Arc;
 use wgpu::naga::{self, Function, Handle, Module, Statement};
 
-/// Names and texts of all kernels of a scene. Sizes of the scene, which upload finds, are stood in for.
+/// Names and texts of all kernels of a scene. The length of the traversal's stack, which upload finds, is stood in for.
 pub fn kernels(scene: &Scene) -> Vec<(&'static str, String)> {
     let plan = Plan::new(scene, Techniques::default());
-    let constants = plan.constants()
-        + "const BVH_STACK = 24u;\nconst LIGHTS = 3u;\nconst FIRST_DISTANT_LIGHT = 1u;\nconst ENVIRONMENT_LIGHT = 2u;\nconst TARGETS = 2u;\nconst HEADS = 1024u;\nconst POINTS = 512u;\nconst FIRST_UV = 8u;\nconst FIRST_INSTANCED = 1024u;\nconst FIRST_OWNER = 70u;\nconst NEAR_LIGHTS = 1u;\nconst NEAR_SHARE = 0.5;\nconst LIGHT_GRID_SIDE = 4u;\nconst LIGHT_ENTRIES = 1u;\nconst LIGHTS_OF_ENTRY = 2u;\nconst FIRST_LIGHT_IN_ORDER = 64u;\nconst SCENE_RAMP_LOW = vec3f(0.0);\nconst SCENE_RAMP_PER_METRE = vec3f(1.0);\nconst NEAR_RAMP_LOW = vec3f(0.0);\nconst NEAR_RAMP_PER_METRE = vec3f(2.0);\n";
+    let constants = plan.constants() + "const BVH_STACK = 32u;\n";
     let mut roots =
         vec![("camera_paths.wgsl", plan.camera), ("update_film.wgsl", plan.camera), ("first_hits.wgsl", plan.first_hits)];
     roots.extend(plan.light.map(|features| ("light_paths.wgsl", features)));
@@ -172,6 +174,42 @@ fn kernels_of_all_combinations_are_valid_without_any_capability_and_bind_nothing
     }
     assert!(idle.is_empty(), "bound for nothing: {idle:?}");
     assert!(seen.len() > 100, "{} different kernels", seen.len());
+}
+
+/// A glass ball, a sun and lamps enough for a grid: the plan is one, whatever the numbers are.
+fn of_one_plan(size: u32, balls: u32, lamps: u32) -> Scene {
+    let at = |i: u32| [f64::from(i % 10) * 0.5 - 2.0, 0.2, f64::from(i / 10) * 0.5 - 2.0];
+    let ball = |i: u32| json!({"sphere": {"center": [i, 1, 0], "radius": 0.3}, "material": "m"});
+    scene_of(json!({
+        "film": {"width": size, "height": size},
+        "materials": {"m": {"dielectric": {"ior": 1.5}}},
+        "shapes": (0..balls).map(ball).collect::<Vec<_>>(),
+        "lights": (0..lamps)
+            .map(|i| json!({"point": {"position": at(i), "intensity": 1}}))
+            .chain([json!({"sun": {"direction": [1, -1, 0], "angle_deg": 0.53, "irradiance": 1}})])
+            .collect::<Vec<_>>(),
+    }))
+}
+
+#[test]
+fn scenes_of_one_plan_share_compiled_kernels_and_each_has_its_own_picture() {
+    let (first, second) = (of_one_plan(8, 1, 100), of_one_plan(16, 3, 130));
+    let plan = |scene: &Scene| Plan::new(scene, Techniques::default());
+    assert!(plan(&first).has(Feature::LightGrid) && plan(&first).has(Feature::Gathered));
+    let gpu = Arc::new(Gpu::open(None).unwrap());
+    let picture = |gpu: &Arc<Gpu>, scene: &Scene| {
+        let mut film = Film::new(&scene.film);
+        let mut integrator = GpuIntegrator::on(gpu.clone(), scene, 1, plan(scene)).unwrap();
+        integrator.render_batch(0, 2, &mut film).unwrap();
+        film.xyz_image()
+    };
+    picture(&gpu, &first);
+    // camera_paths, update_film and light_paths.
+    assert_eq!(gpu.compilations(), 3);
+    let shared = picture(&gpu, &second);
+    assert_eq!(gpu.compilations(), 3, "compiled again");
+    assert!(shared.iter().all(|xyz| xyz[1] > 0.0));
+    assert_eq!(shared, picture(&Arc::new(Gpu::open(None).unwrap()), &second));
 }
 
 /// Resources that nothing `main` reaches names: a kernel's bindings are made from all that its text declares.
