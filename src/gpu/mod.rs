@@ -1,6 +1,7 @@
 //! Everything that touches wgpu: adapters, shader assembly, the host/shader boundary, kernels and the scene's buffers.
 
 mod adapter;
+mod faults;
 mod instances;
 mod kernel;
 pub mod layout;
@@ -16,6 +17,7 @@ mod textures;
 mod timer;
 
 pub use adapter::{AdapterInfo, Gpu, Resource, list_adapters};
+pub use faults::Faults;
 pub use kernel::{Kernel, kernel_source};
 pub use lights::ranks;
 pub use placed_lights::light_grid_pays;
