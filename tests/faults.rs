@@ -15,7 +15,7 @@ use support::{Folder, text};
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/prism.json");
 const LAYER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/faults/vulkan_faults.c");
 /// Of a pixel: so few that each makes a batch.
-const SAMPLES: u32 = 8;
+const SAMPLES: u32 = 16;
 
 /// Builds the layer in `folder`, with the manifest that the Vulkan loader looks for.
 fn build_layer(folder: &Path) {

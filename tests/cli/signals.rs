@@ -7,7 +7,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 /// A render without an end, as `render` and more arguments.
-const RENDER: [&str; 6] = ["render", "ball.json", "--device", "reference", "--time", "1h"];
+const RENDER: [&str; 6] = ["render", "ball.json", "--device", "reference", "--time", "1m"];
 
 /// A process and what it has written to standard error.
 struct Running {
