@@ -35,6 +35,17 @@ pub enum Error {
         /// What to do about it.
         remedy: String,
     },
+    /// A device that failed at its work: what it had done before stands.
+    #[error("{problem}; {remedy}")]
+    Fault {
+        /// What is wrong.
+        problem: String,
+        /// What to do about it.
+        remedy: String,
+    },
+    /// The work was asked to stop ([`crate::render::Halt`]).
+    #[error("interrupted")]
+    Interrupted,
     /// No usable GPU adapter, or the adapter refused.
     #[error("{problem}; {remedy}")]
     Device {
@@ -54,6 +65,11 @@ impl Error {
     /// An error about the command line or an option's value.
     pub fn usage(problem: impl ToString, remedy: impl ToString) -> Self {
         Error::Usage { problem: problem.to_string(), remedy: remedy.to_string() }
+    }
+
+    /// An error of a device that failed at its work.
+    pub fn fault(problem: impl ToString, remedy: impl ToString) -> Self {
+        Error::Fault { problem: problem.to_string(), remedy: remedy.to_string() }
     }
 
     /// An error about the GPU.

@@ -1,19 +1,52 @@
 //! The render loop: batches of samples from an integrator into the film until told to stop. One loop for the GPU and the
 //! reference.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::first_hits::{Albedo, FirstHits};
 use crate::scene::FilmSettings;
 use crate::stats::BatchStats;
 use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Something that fills a film, batch by batch.
 pub trait Integrator {
     /// Renders batch `index` with `spp` samples per pixel, in the mean over pixels, and adds it to `film` as one batch. Batches of different `index` use
     /// independent random numbers; the same seed and the same batches since the beginning give the same bits.
+    ///
+    /// # Errors
+    /// [`Error::Fault`] if the device fails, [`Error::Interrupted`] if it was asked to stop. The film then holds the batch for those tiles that were done,
+    /// whole, and for no others; no more batches can be rendered.
     fn render_batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats>;
+
+    /// Has batches end early when `halt` is requested. One that pays no attention finishes its batch.
+    fn heed(&mut self, _halt: &Halt) {}
+}
+
+/// Asks an integrator to stop, from any thread and for good.
+#[derive(Debug, Clone, Default)]
+pub struct Halt(Arc<AtomicBool>);
+
+impl Halt {
+    /// Stop as soon as may be.
+    pub fn request(&self) {
+        self.0.store(true, Ordering::SeqCst);
+    }
+
+    /// Whether to stop.
+    pub fn is_requested(&self) -> bool {
+        self.0.load(Ordering::SeqCst)
+    }
+
+    /// For a place where work can end.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] if it is to stop.
+    pub fn check(&self) -> Result<()> {
+        if self.is_requested() { Err(Error::Interrupted) } else { Ok(()) }
+    }
 }
 
 /// An integrator that also says what is seen first.
@@ -42,7 +75,7 @@ impl Stop {
     pub const DEFAULT_SPP: u32 = 64;
     /// Batches that a standard error is trusted from.
     pub const MIN_BATCHES: u32 = 16;
-    /// Samples of all pixels together in one batch, at most: a batch is what Ctrl-C waits for.
+    /// Samples of all pixels together in one batch, at most: a batch is what `time` and `error` wait for.
     const MAX_BATCH_SAMPLES: u64 = 1 << 22;
 
     /// The samples per pixel to stop at, if any.
@@ -93,7 +126,7 @@ pub enum Ended {
     Time,
     /// The error asked for is reached.
     Error,
-    /// The observer asked to stop.
+    /// The observer asked to stop, or a [`Halt`] did.
     Interrupted,
 }
 
@@ -109,7 +142,8 @@ pub struct Summary {
 }
 
 /// Renders batch after batch into `film` until `stop` says so or `observe`, called after every batch, breaks. At least one batch
-/// is rendered. When the integrator fails its error is returned, and the film holds the batches before.
+/// is rendered. When the integrator fails its error is returned, and the film holds the batches before; so it does when the integrator is interrupted, which
+/// is an error only before the first batch is done.
 pub fn render(
     integrator: &mut dyn Integrator,
     film: &mut Film,
@@ -120,10 +154,14 @@ pub fn render(
     let batch_spp = stop.batch_spp(film.pixels());
     let total = stop.total_spp().map(|spp| spp.max(1));
     let (mut spp, mut batches, mut stats) = (0u32, 0u32, BatchStats::default());
+    let mut last = None;
     loop {
         // One sequence of batches never outgrows u32: the film's counts and the random numbers' keys end there.
         let now = batch_spp.min(total.unwrap_or(u32::MAX) - spp);
-        stats += integrator.render_batch(batches, now, film)?;
+        stats += match (integrator.render_batch(batches, now, film), last) {
+            (Err(Error::Interrupted), Some(progress)) => return Ok(Summary { progress, batches, ended: Ended::Interrupted }),
+            (rendered, _) => rendered?,
+        };
         spp += now;
         batches += 1;
 
@@ -158,6 +196,7 @@ pub fn render(
             elapsed,
             remaining: (fraction > 0.0).then(|| Duration::try_from_secs_f64(seconds * (1.0 / fraction - 1.0)).ok()).flatten(),
         };
+        last = Some(progress);
         if observe(&progress, film).is_break() && ended.is_none() {
             ended = Some(Ended::Interrupted);
         }

@@ -131,7 +131,8 @@ pub fn run(args: &Args) -> Outcome {
     };
     let precision = Precision { sixteen_bits: args.bits == 16, dither: !args.no_dither, quality: args.quality };
     let gpu = adapter(args.device.as_deref(), colours.xyz.len())?;
-    write_picture(&args.output, &colours.xyz, image.width, &development, precision, gpu.as_ref())?;
+    let write = || write_picture(&args.output, &colours.xyz, image.width, &development, precision, gpu.as_ref());
+    gpu.as_ref().map_or_else(write, |gpu| gpu.faults.guard(write))?;
     let on = gpu.map_or_else(String::new, |gpu| format!(", on {}", gpu.info.name));
     out(&format!("wrote {}: {}x{}, exposure {stops:+.3} EV{on}", args.output.display(), image.width, image.height));
     Ok(Done::Completely)

@@ -1,10 +1,10 @@
 //! Choosing a device: a GPU adapter by wgpu, or the double-precision reference on the CPU.
 
-use super::{Done, Outcome, print::out};
+use super::{Done, Outcome, interrupt, print::out};
 use crate::error::Result;
 use crate::integrator::{GpuIntegrator, Techniques};
 use crate::reference::ReferenceIntegrator;
-use crate::render::Renderer;
+use crate::render::{Integrator, Renderer};
 use crate::scene::{Estimator, Scene};
 use serde_json::json;
 
@@ -102,7 +102,7 @@ impl From<&TechniqueArgs> for Techniques {
     }
 }
 
-/// Opens the device `name` (any adapter if `None`) for `scene`. The reference has techniques of its own.
+/// Opens the device `name` (any adapter if `None`) for `scene`; signals end its work. The reference has techniques of its own.
 pub fn open(scene: &Scene, name: Option<&str>, seed: u64, args: &TechniqueArgs) -> Result<Device> {
     open_with(scene, name, seed, args.into(), args.light_paths)
 }
@@ -120,7 +120,8 @@ pub fn open_with(
             Estimator::Backward => "backward",
             Estimator::Forward => "forward",
         };
-        let integrator = ReferenceIntegrator::new(scene, scene.reference, seed)?;
+        let mut integrator = ReferenceIntegrator::new(scene, scene.reference, seed)?;
+        integrator.heed(interrupt::halt());
         return Ok(Device {
             integrator: Box::new(integrator),
             name: format!("reference ({estimator}, double precision)"),
@@ -128,6 +129,7 @@ pub fn open_with(
         });
     }
     let mut integrator = GpuIntegrator::with(scene, name, seed, techniques)?;
+    integrator.heed(interrupt::halt());
     if let Some(n) = light_paths {
         integrator.set_light_paths(n);
     }

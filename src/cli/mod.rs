@@ -1,8 +1,8 @@
 //! The command line: `abbe new`, `check`, `render`, `develop`, `devices`, `info`, `bench`, `compare`, `probe`, `glass` and `validate`.
 //!
 //! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 1 what was
-//! compared is not alike or not as it must be, 2 the request or its input is at fault (one line says what and what to do), 130 interrupted by Ctrl-C (what was
-//! rendered is written first).
+//! compared is not alike or not as it must be, 2 the request or its input is at fault (one line says what and what to do), 3 the device failed at its work,
+//! 130, 143 and 129 ended by INT (Ctrl-C), TERM and HUP. Before the last four what was rendered is written.
 
 mod bands;
 mod bench;
@@ -35,8 +35,8 @@ use std::process::ExitCode;
 const DIFFERENT: u8 = 1;
 /// Exit code of a request that cannot be met.
 const FAILED: u8 = 2;
-/// Exit code after Ctrl-C, as shells have it: 128 + SIGINT.
-const INTERRUPTED: u8 = 130;
+/// Exit code after a device has failed at its work.
+const DEVICE_FAILED: u8 = 3;
 
 #[derive(Parser)]
 #[command(name = "abbe", version, about = "A spectral renderer for dispersive caustics", after_help = EXAMPLES)]
@@ -57,6 +57,13 @@ const EXAMPLES: &str = "Examples:
   abbe devices                                      what Abbe can render on
   abbe glass N-SF11                                 its refractive indices
   abbe validate --case prism-n-bk7                  is that deviated as theory has it?
+
+Exit codes:
+  0    done
+  1    what was compared is not alike, or not as it must be
+  2    the request or its input is at fault
+  3    the device failed at its work; what was rendered is written
+  130  ended by INT (Ctrl-C), 143 by TERM, 129 by HUP; what was rendered is written
 
 Every command has its own --help.";
 
@@ -111,10 +118,10 @@ pub fn main() -> ExitCode {
     match done.and_then(|done| print::failure().map_or(Ok(done), |e| Err(unwritten(e)))) {
         Ok(Done::Completely) => ExitCode::SUCCESS,
         Ok(Done::Differently) => ExitCode::from(DIFFERENT),
-        Ok(Done::Interrupted) => ExitCode::from(INTERRUPTED),
+        Ok(Done::Interrupted) | Err(Error::Interrupted) => ExitCode::from(interrupt::exit_code()),
         Err(e) => {
             print::error(&e.to_string());
-            ExitCode::from(FAILED)
+            ExitCode::from(if matches!(e, Error::Fault { .. }) { DEVICE_FAILED } else { FAILED })
         }
     }
 }

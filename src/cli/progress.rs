@@ -1,10 +1,12 @@
-//! Progress bars on standard error; they hide where that is not a terminal.
+//! Progress on standard error: bars on a terminal, lines elsewhere.
 
-use super::print::{duration, percent, si};
+use super::print::{duration, note, percent, si};
 use crate::render::Progress;
 use crate::stage;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::cell::Cell;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -68,6 +70,11 @@ impl Drop for Stages {
     }
 }
 
+fn line(p: &Progress) -> String {
+    let left = p.remaining.map_or("?".to_string(), |left| duration(left.as_secs_f64()));
+    format!("{} spp, {}rays/s, error {}, {left} left", p.spp, si(p.rays_per_second), percent(p.relative_error))
+}
+
 /// The bar of one render.
 pub struct Bar(ProgressBar);
 
@@ -85,18 +92,102 @@ impl Bar {
 
     /// Shows the state.
     pub fn update(&self, p: &Progress) {
-        let left = p.remaining.map_or("?".to_string(), |left| duration(left.as_secs_f64()));
         self.0.set_position((p.fraction * STEPS as f64) as u64);
-        self.0.set_message(format!(
-            "{} spp, {}rays/s, error {}, {left} left",
-            p.spp,
-            si(p.rays_per_second),
-            percent(p.relative_error)
-        ));
+        self.0.set_message(line(p));
     }
 
     /// Removes the bar.
     pub fn clear(&self) {
         self.0.finish_and_clear();
+    }
+}
+
+/// How long a log says nothing new.
+const PERIOD: Duration = Duration::from_secs(10);
+
+/// Lines about one render, for where no bar can be drawn: what is planned, then the state after the first batch and every ten seconds.
+pub struct Log {
+    state: Arc<Mutex<String>>,
+    write: Box<dyn Fn(&str)>,
+    begun: Cell<bool>,
+    writer: Option<(Sender<()>, JoinHandle<()>)>,
+}
+
+impl Log {
+    /// Says what is planned.
+    pub fn start(plan: &str) -> Self {
+        Self::every(PERIOD, note, plan)
+    }
+
+    fn every(period: Duration, write: impl Fn(&str) + Clone + Send + 'static, plan: &str) -> Self {
+        write(plan.trim_end());
+        let state = Arc::new(Mutex::new("first batch".to_string()));
+        let (stop, stopped) = channel();
+        let (said, timed) = (Arc::clone(&state), write.clone());
+        // A thread, since a batch may take longer than that.
+        let writer = std::thread::spawn(move || {
+            while stopped.recv_timeout(period) == Err(RecvTimeoutError::Timeout) {
+                timed(&said.lock().unwrap_or_else(PoisonError::into_inner));
+            }
+        });
+        Log { state, write: Box::new(write), begun: Cell::new(false), writer: Some((stop, writer)) }
+    }
+
+    /// Takes note of the state.
+    pub fn update(&self, p: &Progress) {
+        let line = line(p);
+        if !self.begun.replace(true) {
+            (self.write)(&line);
+        }
+        *self.state.lock().unwrap_or_else(PoisonError::into_inner) = line;
+    }
+}
+
+impl Drop for Log {
+    fn drop(&mut self) {
+        if let Some((stop, writer)) = self.writer.take() {
+            drop(stop);
+            // It only writes lines.
+            let _ = writer.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::BatchStats;
+    use std::sync::mpsc::Receiver;
+
+    fn next(lines: &Receiver<String>) -> String {
+        lines.recv_timeout(Duration::from_secs(60)).expect("a line")
+    }
+
+    #[test]
+    fn a_log_has_the_plan_then_the_first_batch_then_a_line_again_and_again() {
+        let (sender, lines) = channel();
+        let write = move |line: &str| sender.send(line.to_string()).unwrap();
+        let log = Log::every(Duration::from_millis(20), write, "plan: a\n  b\n");
+        assert_eq!(next(&lines), "plan: a\n  b");
+        assert_eq!(next(&lines), "first batch", "a batch that takes long says nothing");
+        let second = Duration::from_secs(1);
+        let p = Progress {
+            spp: 4,
+            fraction: 0.25,
+            stats: BatchStats::default(),
+            rays_per_second: 2e6,
+            relative_error: 0.5,
+            elapsed: second,
+            remaining: Some(3 * second),
+        };
+        log.update(&p);
+        let state = "4 spp, 2.00 Mrays/s, error 50.00 %, 3.0 s left";
+        let mut said: Vec<String> = (0..3).map(|_| next(&lines)).collect();
+        said.retain(|line| line != "first batch");
+        assert!(!said.is_empty() && said.iter().all(|line| line == state), "{said:?}");
+        log.update(&Progress { spp: 8, ..p });
+        while next(&lines) == state {}
+        drop(log);
+        assert!(lines.iter().all(|line| line.starts_with("8 spp")), "goes on with what it had");
     }
 }

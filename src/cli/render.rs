@@ -2,7 +2,7 @@
 
 use super::load::SceneArgs;
 use super::print::{duration, note, out, percent, si};
-use super::progress::{Bar, Stages};
+use super::progress::{Bar, Log, Stages};
 use super::{Done, Outcome, device, interrupt, values};
 use crate::color::cie::{is_visible, lacks_for_colour};
 use crate::develop::picture::{AUTO_SHARE, Development, auto_exposure};
@@ -18,6 +18,7 @@ use crate::scene::{Scene, Sensor, inside_out};
 use crate::spectrum::library::Observer;
 use crate::stats::BatchStats;
 use serde_json::{Value, json};
+use std::io::{IsTerminal, stderr};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -31,7 +32,10 @@ const EXAMPLES: &str = "Examples:
   abbe render scenes/cornell_spheres.json --device reference --size 64x64
 
 Of --spp, --time and --error the first that is met ends the render; without any it is --spp 64.
-Ctrl-C ends it after the current batch and writes what there is.";
+Ctrl-C ends it within seconds and writes what there is; so do the signals TERM and HUP, the latter not under nohup. A second one quits at once.
+Where standard error is no terminal it gets the plan, then a line every 10 s.
+
+Exit codes: 0 done, 2 the request or its input is at fault, 3 the device failed, 130 ended by INT (Ctrl-C), 143 by TERM, 129 by HUP.";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -60,7 +64,7 @@ pub struct Args {
     /// Print nothing but errors
     #[arg(long, conflicts_with = "json")]
     quiet: bool,
-    /// Print one JSON object instead of the summary
+    /// Print one JSON object instead of the summary; progress goes to standard error as ever
     #[arg(long)]
     json: bool,
 }
@@ -125,15 +129,18 @@ pub fn run(args: &Args) -> Outcome {
         wants_first_hits.then(|| device.integrator.first_hits(&albedos(&scene), 0, FIRST_HIT_SAMPLES)).transpose()?;
 
     interrupt::heed();
-    let bar = Bar::new(!talkative);
+    let bar = Bar::new(args.quiet);
+    let log = (!args.quiet && !stderr().is_terminal()).then(|| Log::start(&device.integrator.describe()));
     let (start, mut stats) = (Instant::now(), BatchStats::default());
     let rendered = render(device.integrator.as_mut(), &mut film, &args.stop.into(), &mut |p, _| {
         bar.update(p);
+        log.iter().for_each(|log| log.update(p));
         stats = p.stats;
         if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     let seconds = start.elapsed().as_secs_f64();
     bar.clear();
+    drop(log);
 
     // A device may fail after hours: what it had done is written before its error is passed on.
     if film.batches() > 0 {
@@ -167,6 +174,13 @@ pub fn run(args: &Args) -> Outcome {
         if let Some(png) = &png {
             write_picture(png, &xyz, scene.film.width as usize, &development, Precision::default(), None)?;
         }
+    }
+    if let (Err(failure), false) = (&rendered, args.quiet) {
+        note(&match (film.batches(), failure) {
+            (0, Error::Interrupted) => "interrupted before the first batch was done: nothing is written".to_string(),
+            (0, _) => "the first batch was not done: nothing is written".to_string(),
+            _ => format!("wrote {} with {} samples per pixel", exr.display(), film.samples_per_pixel()),
+        });
     }
     let report =
         Report { scene: &scene, film: &film, summary: &rendered?, device: &device, setup, exr: &exr, png: png.as_deref() };
@@ -236,7 +250,11 @@ impl Report<'_> {
             Ended::Samples | Ended::Time | Ended::Error => "",
         };
         let (setup, elapsed) = (duration(self.setup.as_secs_f64()), duration(p.elapsed.as_secs_f64()));
-        let samples = if p.spp == 1 { "1 sample".to_string() } else { format!("{} samples", p.spp) };
+        let samples = match (p.spp, self.film.most_samples_per_pixel()) {
+            (1, 1) => "1 sample".to_string(),
+            (least, most) if most > least => format!("{least} to {most} samples"),
+            (spp, _) => format!("{spp} samples"),
+        };
         lines.push(format!("{}: {samples} per pixel in {elapsed}{ended}; set-up {setup}", self.scene.name));
         lines.push(format!("on {}: {}rays, {}rays/s", device.name, si(p.stats.rays as f64), si(p.rays_per_second)));
         lines.push(match self.summary.batches {

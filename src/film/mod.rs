@@ -254,6 +254,11 @@ impl Film {
         self.weight.iter().copied().reduce(f64::min).unwrap_or(0.0) as u64
     }
 
+    /// Samples of the pixels that have had most: more than others where a batch ended early.
+    pub fn most_samples_per_pixel(&self) -> u64 {
+        self.weight.iter().copied().reduce(f64::max).unwrap_or(0.0) as u64
+    }
+
     /// Total flux through an irradiance sensor of `area` m^2, whose pixels all have the same area: W nm^-1 of each bin, then X, Y
     /// (lm) and Z.
     pub fn total_flux(&self, area: f64) -> Vec<f64> {

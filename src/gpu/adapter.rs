@@ -1,5 +1,6 @@
 //! Finding and opening an adapter.
 
+use super::Faults;
 use super::kernel::Kernels;
 use super::layout::TABLE_WIDTH;
 use crate::error::{Error, Result};
@@ -78,6 +79,17 @@ pub struct Gpu {
     /// What it is.
     pub info: AdapterInfo,
     pub(super) kernels: Kernels,
+    /// How it failed, if it did.
+    pub faults: Faults,
+}
+
+impl Drop for Gpu {
+    fn drop(&mut self) {
+        // wgpu panics on closing a device that failed: it stays open to the end of the process. What waits may be what finds out.
+        if std::thread::panicking() || self.faults.guard(|| self.wait()).is_err() {
+            std::mem::forget((self.device.clone(), self.queue.clone()));
+        }
+    }
 }
 
 fn adapters() -> Vec<wgpu::Adapter> {
@@ -106,8 +118,13 @@ impl Gpu {
     /// Opens the first adapter whose name, driver or kind contains `wanted` (any case), or the best one.
     ///
     /// # Errors
-    /// [`Error::Device`] if there is none, none matches, or it refuses.
+    /// [`Error::Device`] if there is none, none matches, or it refuses; [`Error::Fault`] if it fails.
     pub fn open(wanted: Option<&str>) -> Result<Self> {
+        let faults = Faults::default();
+        faults.guard(|| Self::open_watched(wanted, &faults))
+    }
+
+    fn open_watched(wanted: Option<&str>, faults: &Faults) -> Result<Self> {
         let all = adapters();
         let list = all.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", ");
         if all.is_empty() {
@@ -135,7 +152,8 @@ impl Gpu {
         });
         let (device, queue) = pollster::block_on(request)
             .map_err(|e| Error::device(format!("{} refused a device: {e}", info.name), "choose another adapter with --device"))?;
-        Ok(Self { device, queue, info, kernels: Kernels::default() })
+        faults.watch(&device);
+        Ok(Self { device, queue, info, kernels: Kernels::default(), faults: faults.clone() })
     }
 
     /// Largest storage buffer that may be bound, bytes.
@@ -240,19 +258,18 @@ impl Gpu {
         }))
     }
 
-    /// Waits until all submitted work is done.
+    /// Waits until all submitted work is done, and has not failed.
     ///
     /// # Errors
-    /// [`Error::Device`] if the device was lost.
+    /// [`Error::Fault`] if the device has failed.
     pub fn wait(&self) -> Result<()> {
-        self.device.poll(wgpu::PollType::wait_indefinitely()).map(|_| ()).map_err(|e| self.lost(&e))
+        let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
+        waited.map(|_| ()).map_err(|e| self.lost(&e))?;
+        self.faults.check()
     }
 
     fn lost(&self, e: &dyn fmt::Display) -> Error {
-        Error::device(
-            format!("{} stopped answering: {e}", self.info.name),
-            "render again, or choose another adapter with --device",
-        )
+        self.faults.lost(e)
     }
 
     /// Fills a buffer with zeros.
@@ -274,7 +291,7 @@ impl Gpu {
     /// Copies a buffer's first `size` bytes back.
     ///
     /// # Errors
-    /// [`Error::Device`] if the device was lost.
+    /// [`Error::Fault`] if the device has failed.
     pub fn read<T: bytemuck::Pod>(&self, buffer: &Resource, size: u64) -> Result<Vec<T>> {
         let mut values = Vec::with_capacity(size as usize / size_of::<T>());
         self.read_parts(buffer, size, &mut |part| values.extend_from_slice(part))?;

@@ -70,7 +70,8 @@ impl Kernel {
         let info = info.map_err(|e| defect(e.emit_to_string(&source)))?;
         let used = module.global_variables.iter().filter(|(handle, _)| !info.get_entry_point(0)[*handle].is_empty());
         let bindings = used.filter_map(|(_, v)| Some((v.name.clone()?, v.binding.as_ref()?.binding))).collect();
-        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
+        let scopes = [Internal, OutOfMemory, Validation].map(|filter| gpu.device.push_error_scope(filter));
         let descriptor = wgpu::ShaderModuleDescriptor { label: Some(name), source: wgpu::ShaderSource::Wgsl(source.into()) };
         // SAFETY: indices are made by the host from the same lists as the buffers, and every loop is bounded or ends with a path; the tests run
         // the same text with all checks on.
@@ -86,7 +87,15 @@ impl Kernel {
             compilation_options: Default::default(),
             cache: None,
         });
-        if let Some(e) = pollster::block_on(scope.pop()) {
+        // The last pushed is the first popped.
+        let errors: Vec<_> = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop())).collect();
+        // What is not the text's fault is the device's, and told first: whatever is made of what failed is invalid, too.
+        gpu.wait()?;
+        if let Some(e) = errors.iter().find(|e| !matches!(e, wgpu::Error::Validation { .. })) {
+            gpu.faults.record_error(e);
+            gpu.faults.check()?;
+        }
+        if let Some(e) = errors.first() {
             return Err(defect(e.to_string()));
         }
         Ok(Self { pipeline, bindings })

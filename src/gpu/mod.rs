@@ -2,6 +2,7 @@
 //! knows nothing of.
 
 mod adapter;
+mod faults;
 mod kernel;
 pub mod layout;
 pub mod scene;
@@ -9,5 +10,6 @@ pub mod shader;
 mod timer;
 
 pub use adapter::{AdapterInfo, Gpu, Resource, list_adapters};
+pub use faults::Faults;
 pub use kernel::{Kernel, kernel_source};
 pub use timer::Timer;

@@ -6,6 +6,7 @@ use crate::gpu::layout::{
     COUNTER_RAYS, COUNTER_SATURATED, COUNTER_TRUNCATED, COUNTER_UNFINISHED, COUNTERS, Params,
 };
 use crate::gpu::{Gpu, Kernel, Resource, Timer};
+use crate::render::Halt;
 use crate::stats::{BatchStats, Counts};
 use std::time::{Duration, Instant};
 
@@ -38,6 +39,8 @@ pub(super) struct Pass {
 /// What the dispatches of a pass over one tile share.
 pub(super) struct Job<'a> {
     pub(super) gpu: &'a Gpu,
+    /// Looked at between dispatches.
+    pub(super) halt: &'a Halt,
     pub(super) timer: Option<&'a Timer>,
     pub(super) uniforms: &'a Resource,
     pub(super) counters: &'a Resource,
@@ -56,6 +59,7 @@ impl Job<'_> {
         let (mut stats, mut counts, mut time) = (BatchStats::default(), Counts::default(), Duration::ZERO);
         let mut first = 0;
         while first < groups {
+            self.halt.check()?;
             let asked = pass.groups.min(limit);
             let now = asked.min(groups - first);
             self.gpu.write(

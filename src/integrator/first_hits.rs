@@ -6,6 +6,7 @@ use crate::film::Tile;
 use crate::film::first_hits::{Albedo, FirstHits, Sums};
 use crate::gpu::layout::Params;
 use crate::gpu::{Gpu, Resource};
+use crate::render::Halt;
 use glam::{DVec3, Vec4};
 
 /// Albedos as the shader reads them.
@@ -15,7 +16,7 @@ pub(super) fn table(albedos: &[Albedo]) -> Vec<Vec4> {
 
 /// Runs `pass` over `tiles` of the image that `params` describes; `resources` are the scene's and the table of albedos.
 pub(super) fn run(
-    gpu: &Gpu,
+    (gpu, halt): (&Gpu, &Halt),
     mut pass: Pass,
     tiles: &[Tile],
     resources: &[(&str, &Resource)],
@@ -29,7 +30,7 @@ pub(super) fn run(
         let found = gpu.empty_storage("first hits", bytes)?;
         let resources = [resources, &[("params", uniforms), ("first_hits", &found)]].concat();
         let params = Params { tile_x: tile.x, tile_y: tile.y, tile_width: tile.width, tile_height: tile.height, ..params };
-        let job = Job { gpu, timer: None, uniforms, counters, resources: &resources, params };
+        let job = Job { gpu, halt, timer: None, uniforms, counters, resources: &resources, params };
         job.run(&mut pass, tile.width.div_ceil(8) * tile.height.div_ceil(8), u32::MAX)?;
         for (row, found) in gpu.read::<Sums>(&found, bytes)?.chunks_exact(columns).enumerate() {
             let first = (tile.y as usize + row) * width + tile.x as usize;

@@ -17,7 +17,7 @@ use crate::film::{Film, Tile};
 use crate::gpu::layout::{COUNTERS, Params, PassHead, WorkItem, XYZ_RATIO, texels};
 use crate::gpu::scene::GpuScene;
 use crate::gpu::{AdapterInfo, Gpu, Kernel, Resource, Timer};
-use crate::render::{Integrator, Renderer};
+use crate::render::{Halt, Integrator, Renderer};
 use crate::scene::bounds_of_all;
 use crate::scene::{Bins, Scene};
 use crate::spectrum::library::{Observer, observer};
@@ -77,6 +77,7 @@ pub struct GpuIntegrator {
     fitting: u32,
     /// Samples of 8 x 8 pixels that there is room for in `samples`.
     sample_places: u32,
+    halt: Halt,
 }
 
 impl GpuIntegrator {
@@ -110,6 +111,11 @@ impl GpuIntegrator {
     /// # Errors
     /// As [`GpuIntegrator::new`].
     pub fn on(gpu: Arc<Gpu>, scene: &Scene, seed: u64, plan: Plan) -> Result<Self> {
+        let faults = gpu.faults.clone();
+        faults.guard(|| Self::built(gpu, scene, seed, plan))
+    }
+
+    fn built(gpu: Arc<Gpu>, scene: &Scene, seed: u64, plan: Plan) -> Result<Self> {
         let gpu_scene = GpuScene::new(&gpu, scene, plan.techniques.guiding)?;
         stage::enter(Stage::Compiling);
         let mut params = params(
@@ -172,6 +178,7 @@ impl GpuIntegrator {
             most_samples: passes,
             fitting: u32::MAX,
             sample_places,
+            halt: Halt::default(),
         })
     }
 
@@ -324,8 +331,8 @@ impl GpuIntegrator {
                 ..self.params
             };
             let timer = self.timer.as_ref();
-            let job =
-                Job { gpu: &self.gpu, timer, uniforms: &self.uniforms, counters: &self.counters, resources: &resources, params };
+            let (gpu, halt) = (&self.gpu, &self.halt);
+            let job = Job { gpu, halt, timer, uniforms: &self.uniforms, counters: &self.counters, resources: &resources, params };
             // A group has one unit at least, of a sample in every pass at most.
             let limit = self.sample_places / self.most_samples.max(count);
             let (camera, camera_counts, camera_time) = job.run(&mut self.camera, groups.len() as u32, limit)?;
@@ -444,8 +451,9 @@ pub(super) struct TileSums {
     pub(super) stats: BatchStats,
 }
 
-impl Integrator for GpuIntegrator {
-    fn render_batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats> {
+impl GpuIntegrator {
+    /// [`Integrator::render_batch`], unguarded.
+    fn batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats> {
         let mut stats = BatchStats::default();
         if !std::mem::replace(&mut self.is_probed, true) {
             self.probe()?;
@@ -463,6 +471,31 @@ impl Integrator for GpuIntegrator {
         self.most_samples = std::mem::replace(&mut self.fitting, u32::MAX).clamp(least, most.max(least));
         Ok(stats)
     }
+
+    /// [`Renderer::first_hits`], unguarded.
+    fn hits(&self, albedos: &[Albedo], index: u32, samples: u32) -> Result<FirstHits> {
+        let (gpu, plan) = (&self.gpu, &self.plan);
+        let constants = plan.constants() + &self.scene.constants;
+        let kernel = Kernel::new(gpu, "first_hits.wgsl", &constants, &plan.first_hits.switches())?;
+        let pass = Pass { kernels: vec![kernel], limit: self.camera.limit, first_time: 0, groups: 16.min(self.camera.limit) };
+        let albedos = gpu.table("albedos", &first_hits::table(albedos))?;
+        let mut resources: Vec<(&str, &Resource)> = self.scene.resources.iter().map(|(n, b)| (*n, b)).collect();
+        resources.push(("albedos", &albedos));
+        let params = Params { samples, batch: index, seed: self.seed, ..self.params };
+        let tiles = tiles(gpu, plan, params.image_width, params.image_height);
+        first_hits::run((gpu, &self.halt), pass, &tiles, &resources, (&self.uniforms, &self.counters), params)
+    }
+}
+
+impl Integrator for GpuIntegrator {
+    fn render_batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats> {
+        let faults = self.gpu.faults.clone();
+        faults.guard(|| self.batch(index, spp, film))
+    }
+
+    fn heed(&mut self, halt: &Halt) {
+        self.halt = halt.clone();
+    }
 }
 
 impl Renderer for GpuIntegrator {
@@ -474,16 +507,7 @@ impl Renderer for GpuIntegrator {
     }
 
     fn first_hits(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<FirstHits> {
-        let (gpu, plan) = (&self.gpu, &self.plan);
-        let constants = plan.constants() + &self.scene.constants;
-        let kernel = Kernel::new(gpu, "first_hits.wgsl", &constants, &plan.first_hits.switches())?;
-        let pass = Pass { kernels: vec![kernel], limit: self.camera.limit, first_time: 0, groups: 16.min(self.camera.limit) };
-        let albedos = gpu.table("albedos", &first_hits::table(albedos))?;
-        let mut resources: Vec<(&str, &Resource)> = self.scene.resources.iter().map(|(n, b)| (*n, b)).collect();
-        resources.push(("albedos", &albedos));
-        let params = Params { samples, batch: index, seed: self.seed, ..self.params };
-        let tiles = tiles(gpu, plan, params.image_width, params.image_height);
-        first_hits::run(gpu, pass, &tiles, &resources, (&self.uniforms, &self.counters), params)
+        self.gpu.faults.guard(|| self.hits(albedos, index, samples))
     }
 }
 

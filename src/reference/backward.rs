@@ -39,7 +39,7 @@ impl Stage {
     /// Adds `spp` samples of one pixel to its `sums` (bins, then XYZ).
     pub(super) fn render_pixel(&self, batch: u32, pixel: usize, spp: u32, sums: &mut [f64]) -> BatchStats {
         let mut stats = BatchStats::default();
-        for sample in 0..spp {
+        for sample in (0..spp).take_while(|_| !self.halt.is_requested()) {
             let mut rng = Rng::new(self.seed, batch, pixel as u64 * u64::from(spp) + u64::from(sample));
             let nm = self.wavelengths(&mut rng);
             let view = sample_view(&self.scene.sensor, &self.scene.film, pixel, self.world.extent, &mut rng);

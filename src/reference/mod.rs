@@ -28,7 +28,7 @@ use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::first_hits::{Albedo, FirstHits};
 use crate::geometry::world::{Ray, World};
-use crate::render::{Integrator, Renderer};
+use crate::render::{Halt, Integrator, Renderer};
 use crate::scene::{Estimator, Grain, Scene, Sensor, WavelengthSampling, inside};
 use crate::spectrum::library::{self, Cmf, Observer};
 use crate::stats::BatchStats;
@@ -64,6 +64,8 @@ struct Stage {
     has_interiors: bool,
     has_environment: bool,
     seed: u64,
+    /// Looked at between paths.
+    halt: Halt,
 }
 
 /// Energy tables of one roughness, and grain if it has one.
@@ -117,6 +119,7 @@ impl ReferenceIntegrator {
             energy,
             sheens: material::sheens(scene),
             seed,
+            halt: Halt::default(),
         };
         Ok(Self { stage, estimator })
     }
@@ -134,8 +137,13 @@ impl Integrator for ReferenceIntegrator {
             }
             Estimator::Forward => stage.render_light_paths(index, spp, &mut sums),
         };
+        stage.halt.check()?;
         film.add_batch_f64(&sums, spp);
         Ok(stats)
+    }
+
+    fn heed(&mut self, halt: &Halt) {
+        self.stage.halt = halt.clone();
     }
 }
 
@@ -164,10 +172,11 @@ impl Stage {
         let paths = self.pixels() as u64 * u64::from(spp);
         let tasks = paths.div_ceil(PATHS_PER_TASK);
         let mut stats = BatchStats::default();
-        for first in (0..tasks).step_by(TASKS_AT_ONCE as usize) {
+        for first in (0..tasks).step_by(TASKS_AT_ONCE as usize).take_while(|_| !self.halt.is_requested()) {
             let task = |task: u64| {
                 let (mut splats, mut stats) = (Vec::new(), BatchStats::default());
-                for index in task * PATHS_PER_TASK..((task + 1) * PATHS_PER_TASK).min(paths) {
+                let indices = task * PATHS_PER_TASK..((task + 1) * PATHS_PER_TASK).min(paths);
+                for index in indices.take_while(|_| !self.halt.is_requested()) {
                     stats += self.render_light_path(batch, index, &mut splats);
                 }
                 (splats, stats)

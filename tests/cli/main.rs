@@ -6,10 +6,14 @@ mod check;
 mod compare;
 mod develop;
 mod exr;
+#[cfg(target_os = "linux")]
+mod faults;
 mod glass;
 mod outputs;
 mod plot;
 mod probe;
+#[cfg(unix)]
+mod signals;
 mod support;
 
 use abbe::output::SpectralImage;
@@ -270,69 +274,6 @@ fn output_that_cannot_be_written_is_an_error() {
     let output = folder.command(&["glass", "N-BK7"]).stdout(full).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("standard output"), "{}", text(&output.stderr));
-}
-
-#[cfg(unix)]
-mod signals {
-    use super::*;
-    use std::path::Path;
-    use std::process::Command;
-    use std::time::{Duration, Instant};
-
-    fn interrupt(child: &std::process::Child) {
-        let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-        assert!(sent.success());
-    }
-
-    fn only_whole_files(folder: &Path) {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            assert!(!path.to_string_lossy().ends_with(".tmp"), "{} stayed behind", path.display());
-            if path.extension().is_some_and(|e| e == "exr") {
-                SpectralImage::read(&path).unwrap();
-            }
-        }
-    }
-
-    #[test]
-    fn ctrl_c_writes_what_exists() {
-        // Before the first batch there is nothing to write, and how long a loaded machine takes to get there nobody knows: wait
-        // longer each time.
-        for wait in [1, 2, 4, 8, 16, 32] {
-            let folder = Folder::new("interrupt");
-            let child = folder.command(&["render", "ball.json", "--device", "reference", "--time", "1h"]).spawn().unwrap();
-            std::thread::sleep(Duration::from_secs(wait));
-            interrupt(&child);
-            let output = child.wait_with_output().unwrap();
-            assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
-            only_whole_files(&folder.0);
-            if folder.0.join("ball.exr").exists() {
-                assert!(folder.0.join("ball.png").exists());
-                let image = SpectralImage::read(folder.0.join("ball.exr")).unwrap();
-                assert!(image.attribute("abbe.samples").unwrap().parse::<u64>().unwrap() > 0);
-                assert!(text(&output.stdout).contains("interrupted"), "{}", text(&output.stdout));
-                return;
-            }
-        }
-        panic!("no picture after half a minute");
-    }
-
-    #[test]
-    fn a_second_ctrl_c_ends_it_at_once() {
-        let folder = Folder::new("interrupt-twice");
-        // A batch of the largest size: it takes seconds, and the first Ctrl-C waits for it.
-        let arguments = ["render", "ball.json", "--device", "reference", "--spp", "4000000000"];
-        let child = folder.command(&arguments).spawn().unwrap();
-        std::thread::sleep(Duration::from_secs(1));
-        interrupt(&child);
-        std::thread::sleep(Duration::from_millis(100));
-        let start = Instant::now();
-        interrupt(&child);
-        let output = child.wait_with_output().unwrap();
-        assert!(start.elapsed() < Duration::from_secs(10));
-        assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
-        only_whole_files(&folder.0);
-    }
 }
 
 #[test]

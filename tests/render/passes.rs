@@ -27,12 +27,13 @@ struct Fake {
     noise: f64,
     pause: Duration,
     fails_at: Option<u32>,
+    interrupted: bool,
 }
 
 impl Integrator for Fake {
     fn render_batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats> {
         if self.fails_at == Some(index) {
-            return Err(Error::device("the device is gone", "start again"));
+            return Err(if self.interrupted { Error::Interrupted } else { Error::device("the device is gone", "start again") });
         }
         self.batches.push((index, spp));
         std::thread::sleep(self.pause);
@@ -121,4 +122,15 @@ fn a_failing_device_leaves_the_batches_before() {
     let failed = render(&mut fake, &mut film, &Stop::default(), &mut |_, _| ControlFlow::Continue(()));
     assert!(failed.is_err_and(|e| e.to_string().contains("the device is gone")));
     assert_eq!(film.batches(), 3);
+}
+
+#[test]
+fn an_interrupted_render_is_what_was_done_before_and_nothing_is_an_error() {
+    let (mut fake, mut done) = (Fake { fails_at: Some(3), interrupted: true, ..Fake::default() }, film(4));
+    let summary = run(&mut fake, &mut done, Stop::default());
+    assert_eq!((summary.ended, summary.batches, summary.progress.spp), (Ended::Interrupted, 3, 12));
+    assert_eq!((done.batches(), summary.progress.stats.paths), (3, 12));
+    let (mut fake, mut none) = (Fake { fails_at: Some(0), interrupted: true, ..Fake::default() }, film(4));
+    let ended = render(&mut fake, &mut none, &Stop::default(), &mut |_, _| ControlFlow::Continue(()));
+    assert!(matches!(ended, Err(Error::Interrupted)), "{ended:?}");
 }

@@ -1,0 +1,114 @@
+//! Signals end a render early, and what is done is written.
+
+use crate::support::{Folder, text};
+use abbe::output::SpectralImage;
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+/// A render without an end, as `render` and more arguments.
+const RENDER: [&str; 6] = ["render", "ball.json", "--device", "reference", "--time", "1m"];
+
+/// A process and what it has written to standard error.
+struct Running {
+    child: Child,
+    stderr: BufReader<std::process::ChildStderr>,
+}
+
+impl Running {
+    fn start(mut command: Command) -> Self {
+        let mut child = command.spawn().unwrap();
+        let stderr = BufReader::new(child.stderr.take().unwrap());
+        Self { child, stderr }
+    }
+
+    /// Waits for a line on standard error that contains `part`.
+    fn wait_for(&mut self, part: &str) {
+        let mut lines = (&mut self.stderr).lines().map(|line| line.unwrap());
+        assert!(lines.any(|line| line.contains(part)), "it ended without '{part}'");
+    }
+
+    fn signal(&self, name: &str) {
+        assert!(Command::new("kill").args([&format!("-{name}"), &self.child.id().to_string()]).status().unwrap().success());
+    }
+
+    /// How it ended, what it wrote to standard output and what else to standard error.
+    fn end(mut self) -> (ExitStatus, String, String) {
+        let (mut stdout, mut stderr) = (Vec::new(), Vec::new());
+        self.stderr.read_to_end(&mut stderr).unwrap();
+        self.child.stdout.take().unwrap().read_to_end(&mut stdout).unwrap();
+        (self.child.wait().unwrap(), text(&stdout), text(&stderr))
+    }
+}
+
+#[test]
+fn any_of_three_signals_has_what_is_done_written() {
+    for (name, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
+        let folder = Folder::new(&format!("signal-{name}"));
+        let mut render = Running::start(folder.command(&RENDER));
+        render.wait_for(" spp, ");
+        render.signal(name);
+        let (status, stdout, stderr) = render.end();
+        assert_eq!(status.code(), Some(code), "{name}: {stderr}");
+        assert_eq!(folder.names(), ["ball.exr", "ball.json", "ball.png"]);
+        let image = SpectralImage::read(folder.0.join("ball.exr")).unwrap();
+        assert!(image.attribute("abbe.samples").unwrap().parse::<u64>().unwrap() > 0);
+        assert!(stdout.contains("interrupted") && stdout.contains("wrote ball.exr and ball.png"), "{stdout}");
+    }
+}
+
+#[test]
+fn hangup_that_was_ignored_at_the_start_stays_ignored() {
+    let folder = Folder::new("nohup");
+    let mut command = Command::new("sh");
+    command.args(["-c", "trap '' HUP; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_abbe")]).args(&RENDER[..5]).arg("2s");
+    command.current_dir(&folder.0).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut render = Running::start(command);
+    render.wait_for(" spp, ");
+    render.signal("HUP");
+    let (status, stdout, stderr) = render.end();
+    assert_eq!(status.code(), Some(0), "{stderr}");
+    assert!(!stdout.contains("interrupted") && folder.names().contains(&"ball.exr".to_string()), "{stdout}");
+}
+
+#[test]
+fn a_signal_does_not_wait_for_the_batch_and_without_one_done_nothing_is_written() {
+    let folder = Folder::new("first-batch");
+    // Of the largest size, with spectra of the largest size: a batch of minutes.
+    let mut render = Running::start(folder.command(&[&RENDER[..4], &["--spp", "4000000000", "--channels", "400"]].concat()));
+    render.wait_for("reference: paths from");
+    // So that it is at work.
+    std::thread::sleep(Duration::from_millis(300));
+    let start = Instant::now();
+    render.signal("TERM");
+    let (status, _, stderr) = render.end();
+    assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
+    assert_eq!(status.code(), Some(143), "{stderr}");
+    assert!(stderr.contains("nothing is written"), "{stderr}");
+    assert_eq!(folder.names(), ["ball.json"]);
+}
+
+#[test]
+fn a_second_signal_ends_it_at_once() {
+    let folder = Folder::new("second-signal");
+    let mut render = Running::start(folder.command(&RENDER));
+    render.wait_for(" spp, ");
+    // Both wait for it to wake up, so that there is no time to write anything between them.
+    ["STOP", "INT", "TERM", "CONT"].iter().for_each(|name| render.signal(name));
+    let (status, _, stderr) = render.end();
+    assert!(matches!(status.code(), Some(130 | 143)), "{status}: {stderr}");
+    assert_eq!(folder.names(), ["ball.json"]);
+}
+
+#[test]
+fn without_a_terminal_the_plan_and_the_first_batch_are_told_at_once() {
+    let folder = Folder::new("log");
+    let output = folder.run(&["render", "ball.json", "--device", "reference", "--spp", "4", "--json"]);
+    let stderr = text(&output.stderr);
+    let mut lines = stderr.lines();
+    assert!(lines.next().unwrap().contains("paths from"), "{stderr}");
+    let state = lines.next().unwrap();
+    assert!(["1 spp, ", "rays/s, error ", " left"].iter().all(|part| state.contains(part)), "{stderr}");
+    let quiet = folder.run(&["render", "ball.json", "--device", "reference", "--spp", "4", "--quiet"]);
+    assert!(quiet.stderr.is_empty());
+}
