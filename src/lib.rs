@@ -2,7 +2,7 @@
 //!
 //! The way of the data, one direction only:
 //! scene file -> [`scene`] -> plan ([`integrator`]) -> [`gpu`] buffers -> passes -> [`film`] -> [`output`] (spectral EXR, picture).
-//! [`reference`] renders the same [`scene::Scene`] with two plain double-precision estimators that the GPU is held to.
+//! [`mod@reference`] renders the same [`scene::Scene`] with two plain double-precision estimators that the GPU is held to.
 
 pub mod bsdf;
 pub mod cli;

@@ -47,7 +47,8 @@ mod tests {
     #[test]
     fn warnings_and_errors_are_shown_once_and_nothing_less() {
         let logger = Once(Mutex::default());
-        let log = |level, text: &str| logger.log(&Record::builder().level(level).target("wgpu").args(format_args!("{text}")).build());
+        let log =
+            |level, text: &str| logger.log(&Record::builder().level(level).target("wgpu").args(format_args!("{text}")).build());
         log(Level::Info, "an adapter");
         log(Level::Warn, "lost\n  twice");
         log(Level::Warn, "lost\n  twice");
