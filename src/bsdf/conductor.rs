@@ -17,7 +17,7 @@ pub struct RoughConductor<'a> {
     pub energy: &'a EnergyTable,
 }
 
-/// A direction with the factor common to all wavelengths; each multiplies it by its own [`reflectance`].
+/// A direction with the factor common to all wavelengths; each multiplies it by its own `reflectance`.
 #[derive(Debug, Clone, Copy)]
 pub struct ConductorSample {
     /// Where the particle goes.

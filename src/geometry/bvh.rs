@@ -7,7 +7,7 @@ use std::time::Duration;
 /// A built hierarchy.
 #[derive(Debug)]
 pub struct Bvh {
-    /// Nodes as the traversal reads them: 5 x vec4<u32> each. Never empty.
+    /// Nodes as the traversal reads them: 5 x `vec4<u32>` each. Never empty.
     pub nodes: Vec<[u32; 20]>,
     /// Primitives in the order of the leaves.
     pub order: Vec<u32>,

@@ -1,9 +1,11 @@
 //! Files from strangers: no input makes Abbe panic, hang, or ask for more memory than its size explains. Files that ship are changed, cut, doubled and
-//! filled with nasty numbers; `ABBE_HOSTILE` says how many inputs (tools/soak: a million). Known attacks and inputs of past
+//! filled with nasty numbers, more of them in a sweep. Known attacks and inputs of past
 //! failures lie in tests/data/hostile.
 
 mod memory;
 mod mutation;
+#[path = "../support/sweep.rs"]
+mod sweep;
 
 use abbe::output::SpectralImage;
 use abbe::scene::{LoadOptions, load, load_str};
@@ -128,13 +130,13 @@ fn watched(kind: Kind, bytes: &[u8], folder: &Path, name: &str, what: &str) -> b
 
 #[test]
 fn no_input_panics_hangs_or_asks_for_memory_that_its_size_does_not_explain() {
-    let total: usize = std::env::var("ABBE_HOSTILE").ok().and_then(|n| n.parse().ok()).unwrap_or(6000);
+    let total: usize = sweep::count(6000);
     let folder = std::env::temp_dir().join(format!("abbe-hostile-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder");
     // What is built once is no input's doing.
     read(Kind::Texture, &std::fs::read(project("tests/data/scenes/sky.png")).expect("a picture"), &folder, "sky.png");
     let accepted = AtomicUsize::new(0);
-    let mut random = Random(u64::from(std::env::var("ABBE_HOSTILE_SEED").ok().and_then(|n| n.parse::<u32>().ok()).unwrap_or(1)));
+    let mut random = Random(u64::from(std::env::var("ABBE_SWEEP_SEED").ok().and_then(|n| n.parse::<u32>().ok()).unwrap_or(1)));
     let mut slowest = Duration::ZERO;
     for (i, (file, kind)) in CORPUS.iter().cycle().enumerate().take(total) {
         let mut bytes = std::fs::read(project(file)).expect("a file that ships");

@@ -9,4 +9,6 @@ mod patches;
 mod random;
 #[path = "../support/scenes.rs"]
 mod scenes;
+#[path = "../support/sweep.rs"]
+mod sweep;
 mod validate;

@@ -135,7 +135,7 @@ fn row(what: &str, film: &[f64], bins: &[f64]) -> String {
 
 /// Not a test: prints the README's table.
 #[test]
-#[ignore = "prints the README's table: cargo test --release --test patches -- --ignored --nocapture"]
+#[ignore = "prints the README's table: cargo test --release --test render patches -- --ignored --nocapture"]
 fn table_of_bin_counts() {
     const LAMPS: [&str; 6] = ["D65", "A", "D50", "E", "LED-B3", "FL11"];
     println!("| bins | {} |\n|---|{}", LAMPS.join(" | "), "---|".repeat(LAMPS.len()));

@@ -140,7 +140,7 @@ const POINTS: usize = 64;
 /// A grid is of use from here on: how much larger the mean square of what a light sample finds is where lights are chosen by power, shadows left out.
 const CONTRAST: f64 = 1.25;
 
-/// Does a grid over the scene pay (`light_grid`)? It does where lights are many, spread apart or turned away from one another: a place sees few of
+/// Does a grid over the scene pay (see `light_grid`)? It does where lights are many, spread apart or turned away from one another: a place sees few of
 /// them well.
 pub fn light_grid_pays(scene: &Scene) -> bool {
     let lights = placed(scene);

@@ -47,8 +47,8 @@ fn figures(integrator: &mut dyn Renderer, scene: &Scene, samples: u32) -> Vec<[F
 
 /// Holds the GPU's first hits to the reference's.
 fn first_hits_agree(name: &str, scene: &Scene) {
-    let ours = figures(&mut GpuIntegrator::new(scene, None, 1).expect("an adapter"), scene, 64);
-    let theirs = figures(&mut ReferenceIntegrator::new(scene, scene.reference, 7).expect("a scene"), scene, 96);
+    let ours = figures(&mut GpuIntegrator::new(scene, None, 1).expect("an adapter"), scene, 32);
+    let theirs = figures(&mut ReferenceIntegrator::new(scene, scene.reference, 7).expect("a scene"), scene, 64);
     let mut pairs = Vec::new();
     for (place, (ours, theirs)) in ours.iter().zip(&theirs).enumerate() {
         for (i, (what, small)) in SUMS.into_iter().enumerate() {

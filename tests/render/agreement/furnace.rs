@@ -3,6 +3,7 @@
 
 use super::compare::{against, agree, gpu, pairs};
 use crate::scenes::*;
+use crate::sweep;
 use abbe::bsdf::coat::Coat;
 use abbe::bsdf::energy::EnergyTable;
 use abbe::bsdf::fresnel;
@@ -29,12 +30,17 @@ fn cannot_be_seen(name: &str, scene: &Scene, spp: u32) {
     let everywhere = (0..16).flat_map(|block| (0..4).map(move |bin| (block, bin)));
     let blocks = everywhere.map(|(block, bin)| (format!("block {block} bin {bin}"), batches.over(&[block], bin), 0.01));
     let bins = figures.bins.iter().enumerate().map(|(i, &f)| (format!("bin {i}"), f, 0.002));
+    let mut greatest = 0.0f64;
     for (what, f, small) in bins.chain(blocks) {
         let limit = threshold(68, f.dof) * f.error + 1e-3;
         assert!((f.mean - 1.0).abs() < limit, "{name}: {what}: {} +- {}", f.mean, f.error);
         assert!(f.error < small, "{name}: {what}: an error of {} is too large to tell anything", f.error);
+        greatest = greatest.max(f.error / small);
     }
-    println!("{name}: {:?}", figures.bins.iter().map(|f| f.mean - 1.0).collect::<Vec<_>>());
+    println!(
+        "{name}: errors up to {greatest:.2} of what counts, bins off by {:?}",
+        figures.bins.iter().map(|f| f.mean - 1.0).collect::<Vec<_>>()
+    );
 }
 
 #[test]
@@ -67,7 +73,9 @@ fn nested_glass_in_uniform_light_cannot_be_seen() {
 #[test]
 fn uniform_light_is_the_same_in_any_number_of_bins_over_any_range() {
     for (count, min_nm, max_nm) in
-        [(1, 380.0, 780.0), (400, 380.0, 780.0), (3, 300.0, 2500.0), (400, 300.0, 2500.0), (33, 1000.0, 1001.0)]
+        [(1, 380.0, 780.0), (400, 300.0, 2500.0), (33, 1000.0, 1001.0), (400, 380.0, 780.0), (3, 300.0, 2500.0)]
+            .into_iter()
+            .take(sweep::count(3))
     {
         let mut ball = furnace(|s| {
             let m = glass(s, solid("glass", 1.5, 1), 0.0);
@@ -75,6 +83,7 @@ fn uniform_light_is_the_same_in_any_number_of_bins_over_any_range() {
         });
         ball.film.bins = Bins { min_nm, max_nm, count };
         for (bin, f) in gpu(&ball, 3, 512).figures().bins.iter().enumerate() {
+            println!("{count} bins: {f:?}");
             let limit = threshold(count as usize, f.dof) * f.error + 1e-3;
             assert!(
                 (f.mean - 1.0).abs() < limit && f.error < 0.005,
@@ -91,20 +100,20 @@ fn rough_surfaces_in_uniform_light_cannot_be_seen() {
             let m = glass(s, solid("glass", 1.5, 1), alpha);
             shape(s, m, sphere(DVec3::ZERO, 1.0));
         });
-        cannot_be_seen(&format!("rough ball {alpha}"), &ball, 128);
+        cannot_be_seen(&format!("rough ball {alpha}"), &ball, 40);
     }
     let mirror = furnace(|s| {
         let m = material(s, Material::Conductor { eta: flat(1e-6), k: flat(10.0), alpha: 0.5 });
         shape(s, m, sphere(DVec3::ZERO, 1.0));
     });
-    cannot_be_seen("rough mirror", &mirror, 128);
+    cannot_be_seen("rough mirror", &mirror, 16);
     for (alpha, strength) in [(0.05, 0.7), (0.3, 1.0)] {
         let brushed = furnace(|s| {
             let m = material(s, Material::Conductor { eta: flat(1e-6), k: flat(10.0), alpha });
             s.grains.insert(m, Grain { strength, rotation: 0.4 });
             shape(s, m, sphere(DVec3::ZERO, 1.0));
         });
-        cannot_be_seen(&format!("brushed mirror {alpha} {strength}"), &brushed, 128);
+        cannot_be_seen(&format!("brushed mirror {alpha} {strength}"), &brushed, 16);
     }
     for alpha in [0.0, 0.3] {
         let coated = furnace(|s| {
@@ -112,7 +121,7 @@ fn rough_surfaces_in_uniform_light_cannot_be_seen() {
             let m = material(s, Material::Coated { base: white, ior: flint(), alpha });
             shape(s, m, sphere(DVec3::ZERO, 1.0));
         });
-        cannot_be_seen(&format!("white under a coat {alpha}"), &coated, 32);
+        cannot_be_seen(&format!("white under a coat {alpha}"), &coated, 8);
     }
 }
 
@@ -236,9 +245,9 @@ fn glass_that_hardly_disperses_is_as_glass_that_does_not() {
         shape(&mut s, m, sphere(dvec3(0.0, 0.65, 0.2), 0.55));
         gpu(&s, seed, spp).figures()
     };
-    let one = room_with(vec![1.6], 4, 320);
-    for (b, seed) in [(1e-6, 5), (1e-12, 6)] {
-        agree(&format!("B = {b:e} um^2"), &pairs(&room_with(vec![1.6, b], seed, 896), &one, 1.0), 1.0);
+    let one = room_with(vec![1.6], 4, 176);
+    for (b, seed) in [(1e-6, 5), (1e-12, 6)].into_iter().take(sweep::count(1)) {
+        agree(&format!("B = {b:e} um^2"), &pairs(&room_with(vec![1.6, b], seed, 504), &one, 1.0), 1.0);
     }
 }
 

@@ -81,6 +81,6 @@ fn instances_turned_and_stretched_look_like_meshes_of_their_own() {
         place(dvec3(0.4, 0.3, 0.35), dvec3(0.2, 0.3, 1.0), dvec3(0.0, 0.8, -0.2)),
     ];
     let scene = room_with(ball(true), &places);
-    let (shared, own) = (gpu(&scene, 1, 16), gpu(&scene.flattened(), 2, 16));
+    let (shared, own) = (gpu(&scene, 1, 8), gpu(&scene.flattened(), 2, 8));
     agree("instances", &pairs(&shared.figures(), &own.figures(), 3.0), 0.75);
 }

@@ -84,6 +84,7 @@ fn intervals_of_diffuse_light_hold_as_often_as_they_claim() {
 }
 
 #[test]
+#[ignore = "long: in tools/soak"]
 fn intervals_of_a_caustic_hold_as_often_as_they_claim() {
     blocks_keep_their_intervals(&caustic(), 4);
 }

@@ -4,7 +4,7 @@
 //!
 //! Dispersion formulas are not here: the host evaluates them in double precision, once per pass.
 //!
-//! `ABBE_SWEEP` is the number of inputs of each routine; `tools/soak` takes 10^6.
+//! A sweep takes more inputs of each routine.
 
 use super::support::*;
 use abbe::bsdf::film::Stack;
@@ -20,8 +20,7 @@ const U: f64 = 1.0 / (1 << 24) as f64;
 
 /// Inputs of each routine.
 fn sweep() -> usize {
-    let asked = std::env::var("ABBE_SWEEP").ok().and_then(|n| n.parse().ok()).unwrap_or(1 << 14);
-    usize::next_multiple_of(asked, 64)
+    usize::next_multiple_of(crate::sweep::count(1 << 14), 64)
 }
 
 /// Runs `body`, which reads `rows` texels from `2-dimensional` inputs as `a`, `b`, .. and assigns a vec4f to `result`, over all inputs.

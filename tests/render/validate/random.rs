@@ -2,6 +2,7 @@
 //! light finds its way back, and what the greatest depth takes is counted.
 
 use crate::random::Random;
+use crate::sweep;
 use abbe::compare::difference::threshold;
 use abbe::film::Film;
 use abbe::integrator::{GpuIntegrator, Techniques};
@@ -83,7 +84,7 @@ fn batches(integrator: &mut dyn Integrator, scene: &Scene, spp: u32) -> (Vec<Fig
 
 #[test]
 fn random_solids_in_uniform_light_cannot_be_seen() {
-    for seed in 1..=2 {
+    for seed in (1..=2).take(sweep::count(1)) {
         let scene = scene(seed, json!({"lights": [{"constant": {"radiance": 1}}]}));
         let mut gpu = GpuIntegrator::new(&scene, None, seed).expect("an adapter");
         for f in batches(&mut gpu, &scene, 64).0 {
@@ -124,7 +125,7 @@ fn random_solids_let_as_much_light_through_both_ways() {
         let z = if upper { -a } else { a };
         json!({"corner": [-a, y, z], "edge_u": [2.0 * a, 0, 0], "edge_v": [0, 0, -2.0 * z]})
     };
-    for seed in 1..=2 {
+    for seed in (1..=2).take(sweep::count(1)) {
         let flux = |from_above: bool| {
             let sensor = square(!from_above, 1e-5);
             let scene = scene(
