@@ -4,7 +4,7 @@
 // ray that both halves could make would be one of many to the guide in one of them, and a rare bright one in the other.
 #include "common/params.wgsl"
 #include "common/math.wgsl"
-#include "light/lights.wgsl"
+#include "light/light.wgsl"
 
 #if LIGHT_POINT || LIGHT_AREA || LIGHT_ENVIRONMENT
 @group(0) @binding(15) var targets: Table<vec4f>; // centre, radius
@@ -24,7 +24,7 @@ fn target_at(i: u32) -> vec4f {
 // How many targets the ray meets.
 fn targets_hit(o: vec3f, d: vec3f) -> f32 {
     var count = 0.0;
-    for (var i = 0u; i < params.targets; i++) {
+    for (var i = 0u; i < TARGETS; i++) {
         let t = target_at(i);
         let v = t.xyz - o;
         let b = dot(v, d);
@@ -47,7 +47,7 @@ fn target_solid_angle(i: u32, p: vec3f) -> f32 {
 
 fn all_solid_angles(p: vec3f) -> f32 {
     var total = 0.0;
-    for (var i = 0u; i < params.targets; i++) {
+    for (var i = 0u; i < TARGETS; i++) {
         total += target_solid_angle(i, p);
     }
     return total;
@@ -57,7 +57,7 @@ fn all_solid_angles(p: vec3f) -> f32 {
 fn sample_target(p: vec3f, total: f32, u: vec2f) -> vec3f {
     var left = u.x * total;
     var chosen = 0u;
-    for (var i = 0u; i + 1u < params.targets; i++) {
+    for (var i = 0u; i + 1u < TARGETS; i++) {
         let w = target_solid_angle(i, p);
         if (chosen == i && left >= w) {
             left -= w;
@@ -71,44 +71,6 @@ fn sample_target(p: vec3f, total: f32, u: vec2f) -> vec3f {
 }
 #endif
 
-#if LIGHT_POINT
-// Solid angle that a point or spot fills; of a profile its flux over its greatest intensity.
-fn light_solid_angle(light: Light) -> f32 {
-#if LIGHT_PROFILE
-    if (light.kind == LIGHT_KIND_PROFILE) {
-        return light.p1.w;
-    }
-#endif
-    return select(4.0 * PI, 2.0 * PI * (1.0 - light.p2.y), light.kind == LIGHT_KIND_SPOT);
-}
-
-// Density of the directions of a point, spot or profile by itself.
-fn pdf_point_light(light: Light, d: vec3f) -> f32 {
-#if LIGHT_PROFILE
-    if (light.kind == LIGHT_KIND_PROFILE) {
-        return profile_towards(light, d).y;
-    }
-#endif
-    return 1.0 / light_solid_angle(light);
-}
-
-#if LIGHT_PATHS
-fn sample_point_light(light: Light, u: vec2f) -> vec3f {
-#if LIGHT_PROFILE
-    if (light.kind == LIGHT_KIND_PROFILE) {
-        return sample_profile(light, u);
-    }
-#endif
-    return normalize(frame_around(light.p1.xyz) * sample_cone(u, light_solid_angle(light) / (2.0 * PI)));
-}
-#endif
-#endif
-
-#if LIGHT_AREA
-// From here on targets fill so much of what a surface lights that its cosine matters more than they do.
-const WIDE_TARGETS = PI;
-#endif
-
 #if LIGHT_ENVIRONMENT
 fn scene_cross_section() -> f32 {
     return 0.25 * PI * params.scene_diameter * params.scene_diameter;
@@ -116,7 +78,7 @@ fn scene_cross_section() -> f32 {
 
 fn all_cross_sections() -> f32 {
     var total = 0.0;
-    for (var i = 0u; i < params.targets; i++) {
+    for (var i = 0u; i < TARGETS; i++) {
         let r = target_at(i).w;
         total += PI * r * r;
     }
@@ -127,7 +89,7 @@ fn all_cross_sections() -> f32 {
 fn sample_target_line(d: vec3f, u: vec2f) -> vec3f {
     var left = u.x * all_cross_sections();
     var chosen = 0u;
-    for (var i = 0u; i + 1u < params.targets; i++) {
+    for (var i = 0u; i + 1u < TARGETS; i++) {
         let r = target_at(i).w;
         if (chosen == i && left >= PI * r * r) {
             left -= PI * r * r;
@@ -141,76 +103,14 @@ fn sample_target_line(d: vec3f, u: vec2f) -> vec3f {
 }
 #endif
 
-// Density of light paths from `light` that leave `o` (any point of the ray, for a distant light) along `d`, over the cosine at the light where it has
-// a surface; never zero where the light shines. `at` is the texel of an environment picture.
-fn emission_density(light: Light, o: vec3f, d: vec3f, cos_theta: f32, at: u32) -> f32 {
-    switch light.kind {
-#if LIGHT_POINT
-        case LIGHT_KIND_POINT, LIGHT_KIND_SPOT, LIGHT_KIND_PROFILE: {
-            let total = all_solid_angles(o);
-            let wide = pdf_point_light(light, d);
-            let halves = density_of_halves(wide, 1.0 / total, targets_hit(o, d));
-            return light.probability * select(halves, wide, total >= light_solid_angle(light));
-        }
-#endif
-#if LIGHT_BEAM
-        case LIGHT_KIND_BEAM: {
-            return light.probability / (PI * light.p2.x * light.p2.x);
-        }
-#endif
-#if LIGHT_ENVIRONMENT
-        case LIGHT_KIND_SUN, LIGHT_KIND_CONSTANT, LIGHT_KIND_IMAGE: {
-            let total = all_cross_sections();
-            let wide = 1.0 / scene_cross_section();
-            let halves = density_of_halves(wide, 1.0 / total, targets_hit(o - params.scene_diameter * d, d));
-            let across = light.probability * select(halves, wide, total * wide >= 1.0);
-#if ENV_IMAGE
-            if (light.kind == LIGHT_KIND_IMAGE) {
-                return across * pdf_environment_image(at);
-            }
-#endif
-            if (light.kind == LIGHT_KIND_SUN) {
-                return select(across, across / (2.0 * PI * light.p2.x), light.p2.x > 0.0);
-            }
-            return across / (4.0 * PI);
-        }
-#endif
-        default: {
-#if LIGHT_AREA
-            let total = all_solid_angles(o);
-            let wide = INV_PI * select(1.0, 0.5, light.two_sided != 0u);
-            let halves = density_of_halves(wide, 1.0 / (total * max(abs(cos_theta), 1e-10)), targets_hit(o, d));
-            return light.probability / light.area * select(halves, wide, total >= WIDE_TARGETS);
-#else
-            return 0.0;
-#endif
-        }
-    }
-}
-
-#if CAMERA_PATHS
-#if LIGHT_SAMPLES
-// Density of the light paths that a light sample, seen from `p`, could have come with.
-fn emission_density_of_sample(s: LightSample, p: vec3f) -> f32 {
-    let light = load_Light(s.index);
-    var o = p;
-    var cos_theta = 1.0;
-#if LIGHT_AREA
-    if (light.kind <= LIGHT_KIND_CYLINDER) {
-        o = p + s.distance * s.wi;
-        cos_theta = dot(normal_of_light(light, o), s.wi);
-    }
-#endif
-#if LIGHT_POINT
-    if (light.kind == LIGHT_KIND_POINT || light.kind == LIGHT_KIND_SPOT || light.kind == LIGHT_KIND_PROFILE) {
-        o = light.p0.xyz;
-    }
-#endif
-#if ENV_IMAGE
-    return emission_density(light, o, -s.wi, cos_theta, s.texel);
-#else
-    return emission_density(light, o, -s.wi, cos_theta, NONE);
-#endif
+#if LIGHT_PATHS
+#if LIGHT_POINT || LIGHT_AREA || LIGHT_ENVIRONMENT
+// True for AIMED of the numbers, what is left of which is spread evenly again.
+fn is_aimed(u: ptr<function, vec2f>) -> bool {
+    let x = (*u).x;
+    let aimed = x < AIMED;
+    (*u).x = min(select((x - AIMED) / (1.0 - AIMED), x / AIMED, aimed), 0x1.fffffep-1);
+    return aimed;
 }
 #endif
 #endif

@@ -1,6 +1,9 @@
 // Light from beyond the scene: the sun, a constant environment, a latitude-longitude picture.
 #include "common/math.wgsl"
-#include "light/lights.wgsl"
+#include "light/light.wgsl"
+#if CAUSTICS
+#include "light/aim.wgsl"
+#endif
 #if CAMERA_PATHS
 #include "path/mis.wgsl"
 #endif
@@ -66,12 +69,109 @@ fn sample_environment_image(light: Light, u: vec2f) -> LightSample {
 }
 #endif
 
+fn sample_li_environment(light: Light, u: vec2f) -> LightSample {
+#if ENV_IMAGE
+    if (light.kind == LIGHT_KIND_IMAGE) {
+        return sample_environment_image(light, u);
+    }
+#endif
+    var s = no_light();
+    s.row = light.row;
+#if LIGHT_SUN
+    if (light.kind == LIGHT_KIND_SUN) {
+        s.distance = INFINITE;
+        let omc = light.p2.x;
+        if (omc > 0.0) {
+            s.wi = normalize(frame_around(-light.p1.xyz) * sample_cone(u, omc));
+            s.density = light.probability / (2.0 * PI * omc);
+            s.chance = 1.0;
+        } else {
+            s.wi = -light.p1.xyz;
+            s.density = light.probability;
+        }
+        s.weight = 1.0 / s.density;
+        return s;
+    }
+#endif
+    s.wi = frame_around(vec3f(0.0, 0.0, 1.0)) * sample_cone(u, 2.0);
+    s.distance = INFINITE;
+    s.density = light.probability / (4.0 * PI);
+    s.weight = 1.0 / s.density;
+    s.chance = 1.0;
+    return s;
+}
+
+fn pdf_li_environment(light: Light, texel: u32) -> f32 {
+#if ENV_IMAGE
+    if (light.kind == LIGHT_KIND_IMAGE) {
+        return light.probability * pdf_environment_image(texel);
+    }
+#endif
+    if (light.kind == LIGHT_KIND_SUN) {
+        return light.probability * select(1.0, 1.0 / (2.0 * PI * light.p2.x), light.p2.x > 0.0);
+    }
+    return light.probability / (4.0 * PI);
+}
+
+#if CAUSTICS
+fn pdf_le_environment(light: Light, o: vec3f, d: vec3f, at: u32) -> f32 {
+    let total = all_cross_sections();
+    let wide = 1.0 / scene_cross_section();
+    let halves = density_of_halves(wide, 1.0 / total, targets_hit(o - params.scene_diameter * d, d));
+    let across = light.probability * select(halves, wide, total * wide >= 1.0);
+#if ENV_IMAGE
+    if (light.kind == LIGHT_KIND_IMAGE) {
+        return across * pdf_environment_image(at);
+    }
+#endif
+    if (light.kind == LIGHT_KIND_SUN) {
+        return select(across, across / (2.0 * PI * light.p2.x), light.p2.x > 0.0);
+    }
+    return across / (4.0 * PI);
+}
+
+#if LIGHT_PATHS
+fn sample_le_environment(light: Light, u: vec2f, v: vec2f) -> LightRay {
+    var l = light_ray(light);
+    var place = u;
+    l.chance = 1.0;
+    if (light.kind == LIGHT_KIND_SUN) {
+        let omc = light.p2.x;
+        if (omc > 0.0) {
+            l.ray.d = normalize(frame_around(l.n) * sample_cone(v, omc));
+        } else {
+            l.chance = 0.0;
+        }
+    } else if (light.kind == LIGHT_KIND_CONSTANT) {
+        l.ray.d = frame_around(vec3f(0.0, 0.0, 1.0)) * sample_cone(v, 2.0);
+    } else {
+#if ENV_IMAGE
+        let s = sample_environment_image(light, v);
+        l.ray.d = -s.wi;
+        l.texel = s.texel;
+#endif
+    }
+    let halves = all_cross_sections() < scene_cross_section();
+    let aimed = halves && is_aimed(&place);
+    if (aimed) {
+        l.ray.o = sample_target_line(l.ray.d, place);
+    } else {
+        let c = 0.5 * params.scene_diameter * sample_disc(place);
+        let f = frame_around(l.ray.d);
+        l.ray.o = c.x * f[0] + c.y * f[1] - params.scene_diameter * l.ray.d;
+    }
+    l.given_up = halves && aimed != (targets_hit(l.ray.o, l.ray.d) > 0.0);
+    return l;
+}
+#endif
+#endif
+
 #if CAMERA_PATHS
 // Density of the light paths that come in along a ray escaping towards `d`.
 fn distant_emission(light: Light, d: vec3f, at: u32) -> f32 {
 #if CAUSTICS
     if (path.joins > 0.0) {
-        return emission_density(light, path.last_vertex, -d, 1.0, at);
+        return pdf_le(light, path.last_vertex, -d, 1.0, at);
     }
 #endif
     return 0.0;

@@ -16,7 +16,7 @@
 #include "common/spectra.wgsl"
 #include "path/state.wgsl"
 #if LIGHTS_PRESENT
-#include "light/lights.wgsl"
+#include "light/light.wgsl"
 #endif
 #if CAUSTICS
 #include "light/aim.wgsl"
@@ -115,7 +115,7 @@ fn connection_weight(light: LightSample, v: Vertex) -> f32 {
     others += light.chance;
 #endif
 #if CAUSTICS
-    others += joins_at(v) * emission_density_of_sample(light, v.p);
+    others += joins_at(v) * pdf_le_of_sample(light, v.p);
 #endif
     return light.weight * light.density / (light.density + v.pdf * others);
 }

@@ -15,7 +15,7 @@
 #include "medium/homogeneous.wgsl"
 #endif
 #if LIGHTS_PRESENT
-#include "light/lights.wgsl"
+#include "light/light.wgsl"
 #endif
 #include "path/state.wgsl"
 #include "path/mis.wgsl"
@@ -51,10 +51,10 @@ fn add_emission(ray: Ray, s: Surface) {
         var emission = 0.0;
 #if CAUSTICS
         if (path.joins > 0.0) {
-            emission = emission_density(light, s.p, -ray.d, cos_theta, NONE);
+            emission = pdf_le(light, s.p, -ray.d, cos_theta, NONE);
         }
 #endif
-        let w = chance_share(pdf_area_light(s.light, path.last_vertex, distance(s.p, path.last_vertex), ray.d, s.n), emission);
+        let w = chance_share(pdf_li_area(s.light, path.last_vertex, distance(s.p, path.last_vertex), ray.d, s.n), emission);
 #if LIGHT_TEXTURES
         look_at_light(texture_of_light(light), s.primitive, s.p);
 #endif

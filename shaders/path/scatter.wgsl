@@ -9,7 +9,7 @@
 #include "medium/interiors.wgsl"
 #endif
 #if LIGHTS_PRESENT
-#include "light/lights.wgsl"
+#include "light/light.wgsl"
 #endif
 #if LIGHT_PATHS
 #include "sensor/connect.wgsl"

@@ -5,7 +5,7 @@
 #include "common/spectra.wgsl"
 #include "common/counters.wgsl"
 #if LIGHTS_PRESENT
-#include "light/lights.wgsl"
+#include "light/light.wgsl"
 #endif
 #if GUIDED
 #include "light/guide.wgsl"

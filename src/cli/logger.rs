@@ -1,4 +1,5 @@
-//! Warnings and errors of the libraries beneath, wgpu's and naga's above all, on standard error.
+//! Warnings and errors of the libraries beneath, wgpu's and naga's above all, on standard error. Their lines begin with the library's name: `error: ` is
+//! the command's own last word.
 
 use super::print;
 use log::{Level, LevelFilter, Log, Metadata, Record};
@@ -23,7 +24,7 @@ impl Log for Once {
             return;
         }
         let text = record.args().to_string().split_whitespace().collect::<Vec<_>>().join(" ");
-        let line = format!("{}: {}: {text}", record.level().as_str().to_lowercase(), record.target());
+        let line = format!("{} {}: {text}", record.target(), record.level().as_str().to_lowercase());
         let Ok(mut said) = self.0.lock() else { return };
         if said.len() < MOST && said.insert(line.clone()) {
             print::note(&line);
@@ -54,7 +55,7 @@ mod tests {
         log(Level::Warn, "lost\n  twice");
         log(Level::Error, "gone");
         let said: Vec<String> = logger.0.lock().unwrap().iter().cloned().collect();
-        assert_eq!(said, ["error: wgpu: gone", "warn: wgpu: lost twice"]);
+        assert_eq!(said, ["wgpu error: gone", "wgpu warn: lost twice"]);
         (0..100).for_each(|i| log(Level::Warn, &format!("number {i}")));
         assert_eq!(logger.0.lock().unwrap().len(), MOST);
     }

@@ -227,8 +227,8 @@ shared_records! {
         first_distant_light: u32,
         /// Number of the light that shows a picture.
         environment_light: u32,
-        /// Spheres that light paths are aimed at.
-        targets: u32,
+        /// Unused.
+        pad_2: u32,
         /// Texel of the table of textures at which coordinates of primitives begin.
         first_uv: u32,
         /// Number of the first primitive that is part of an instance.

@@ -109,6 +109,7 @@ fn a_signal_ends_a_batch_between_dispatches() {
     assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
     std::io::Read::read_to_string(&mut stderr, &mut line).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(143), "{line}");
-    assert!(start.elapsed().as_secs() < 5, "{:?}", start.elapsed());
+    // The batch would take far longer, also on a machine that is busy with other tests.
+    assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
     assert!(line.contains("nothing is written") && folder.names() == ["ball.json"], "{line}");
 }

@@ -99,7 +99,6 @@ impl GpuScene {
             lights: records.len() as u32,
             first_distant_light: lights.first_distant as u32,
             environment_light: lights.environment_light as u32,
-            targets: targets.len() as u32,
             first_uv: first_uv as u32,
             first_instanced: geometry.instances.first_number,
             first_owner: geometry.instances.first_owner,
@@ -107,7 +106,8 @@ impl GpuScene {
             ..lights.grid.params
         };
         let stack = geometry.stack.next_power_of_two().max(LEAST_STACK);
-        let constants = format!("const BVH_STACK = {stack}u;\n");
+        // The loop over targets, mostly of one turn, is in every light path: as a parameter it cost 3 % of the time.
+        let constants = format!("const BVH_STACK = {stack}u;\nconst TARGETS = {}u;\n", targets.len());
         let power = lights.power;
         Ok(Self { resources, power, rows: rows.all, params, constants, origin, bytes })
     }

@@ -15,7 +15,7 @@ use wgpu::naga::{self, Function, Handle, Module, Statement};
 /// Names and texts of all kernels of a scene. The length of the traversal's stack, which upload finds, is stood in for.
 pub fn kernels(scene: &Scene) -> Vec<(&'static str, String)> {
     let plan = Plan::new(scene, Techniques::default());
-    let constants = plan.constants() + "const BVH_STACK = 32u;\n";
+    let constants = plan.constants() + "const BVH_STACK = 32u;\nconst TARGETS = 2u;\n";
     let mut roots =
         vec![("camera_paths.wgsl", plan.camera), ("update_film.wgsl", plan.camera), ("first_hits.wgsl", plan.first_hits)];
     roots.extend(plan.light.map(|features| ("light_paths.wgsl", features)));

@@ -1,0 +1,216 @@
+// Lights with a surface: triangles, spheres, discs, cylinders.
+#include "light/light.wgsl"
+#if CAUSTICS
+#include "light/aim.wgsl"
+#endif
+#if LIGHT_TEXTURES
+#include "geometry/texture.wgsl"
+#endif
+
+#if LIGHT_SPHERE
+// 1 - cos of the angle that a sphere subtends, without cancellation for small and distant ones.
+fn sphere_one_minus_cos(radius: f32, distance_squared: f32) -> f32 {
+    let s2 = min(radius * radius / distance_squared, 1.0);
+    return s2 / (1.0 + sqrt(1.0 - s2));
+}
+#endif
+
+// pdf per solid angle at `p` of hitting light `index` at distance `t` with the normal `n` against direction `d`.
+fn pdf_li_area(index: u32, p: vec3f, t: f32, d: vec3f, n: vec3f) -> f32 {
+    let light = load_Light(index);
+    let probability = probability_of_choice(light, index, p);
+#if LIGHT_SPHERE
+    if (light.kind == LIGHT_KIND_SPHERE) {
+        let v = light.p0.xyz - p;
+        let r = light.p2.x;
+        let d2 = dot(v, v);
+        if (d2 > r * r) {
+            return probability / (2.0 * PI * sphere_one_minus_cos(r, d2));
+        }
+    }
+#endif
+    return probability * t * t / (light.area * max(abs(dot(n, d)), 1e-20));
+}
+
+// Normal of a light's surface at its point `p`.
+fn normal_of_light(light: Light, p: vec3f) -> vec3f {
+    switch light.kind {
+#if LIGHT_TRIANGLE
+        case LIGHT_KIND_TRIANGLE: {
+            return normalize(cross(light.p1.xyz - light.p0.xyz, light.p2.xyz - light.p0.xyz));
+        }
+#endif
+#if LIGHT_DISC
+        case LIGHT_KIND_DISC: {
+            return light.p1.xyz;
+        }
+#endif
+        default: {
+            // A sphere, or with its axis a cylinder.
+            let v = p - light.p0.xyz;
+            return normalize(v - dot(v, light.p1.xyz) * light.p1.xyz);
+        }
+    }
+}
+
+#if LIGHT_TEXTURES
+// The picture that a light shows, or NONE.
+fn texture_of_light(light: Light) -> u32 {
+    return select(NONE, bitcast<u32>(light.p0.w), light.kind == LIGHT_KIND_TRIANGLE);
+}
+#endif
+
+// Radiance of a surface that emits, where it was looked at.
+fn radiance_of(light: Light, k: u32) -> vec4f {
+#if LIGHT_TEXTURES
+    if (texture_of_light(light) != NONE) {
+        return light_color[k];
+    }
+#endif
+    return spectrum(light.row, k);
+}
+
+fn emits_towards(light: Light, cos_theta: f32) -> bool {
+    return cos_theta > 0.0 || light.two_sided != 0u;
+}
+
+// A point of the light's surface, uniform in area.
+struct LightPoint {
+    p: vec3f,
+    n: vec3f,
+}
+
+fn sample_light_surface(light: Light, u: vec2f) -> LightPoint {
+    switch light.kind {
+#if LIGHT_DISC
+        case LIGHT_KIND_DISC: {
+            let c = light.p2.x * sample_disc(u);
+            let f = frame_around(light.p1.xyz);
+            return LightPoint(light.p0.xyz + c.x * f[0] + c.y * f[1], light.p1.xyz);
+        }
+#endif
+#if LIGHT_CYLINDER
+        case LIGHT_KIND_CYLINDER: {
+            let f = frame_around(light.p1.xyz);
+            let phi = 2.0 * PI * u.x;
+            let n = cos(phi) * f[0] + sin(phi) * f[1];
+            return LightPoint(light.p0.xyz + light.p2.y * u.y * light.p1.xyz + light.p2.x * n, n);
+        }
+#endif
+#if LIGHT_SPHERE
+        case LIGHT_KIND_SPHERE: {
+            let z = 1.0 - 2.0 * u.x;
+            let phi = 2.0 * PI * u.y;
+            let rho = sqrt(max(0.0, 1.0 - z * z));
+            let n = vec3f(rho * cos(phi), rho * sin(phi), z);
+            return LightPoint(light.p0.xyz + light.p2.x * n, n);
+        }
+#endif
+        default: {
+            // Low-distortion map to the triangle (Heitz 2019).
+            let b = select(vec2f(0.5 * u.x, u.y - 0.5 * u.x), vec2f(u.x - 0.5 * u.y, 0.5 * u.y), u.x > u.y);
+            let e1 = light.p1.xyz - light.p0.xyz;
+            let e2 = light.p2.xyz - light.p0.xyz;
+            return LightPoint(light.p0.xyz + b.x * e1 + b.y * e2, normalize(cross(e1, e2)));
+        }
+    }
+}
+
+fn sample_li_area(light: Light, p: vec3f, u: vec2f) -> LightSample {
+    var s = no_light();
+    s.row = light.row;
+    s.primitive = light.primitive;
+    s.chance = 1.0;
+#if LIGHT_SPHERE
+    if (light.kind == LIGHT_KIND_SPHERE) {
+        let v = light.p0.xyz - p;
+        let r = light.p2.x;
+        let d2 = dot(v, v);
+        if (d2 > r * r) {
+            let omc = sphere_one_minus_cos(r, d2);
+            s.wi = normalize(frame_around(v * inverseSqrt(d2)) * sample_cone(u, omc));
+            let b = dot(v, s.wi);
+            let l = v - b * s.wi;
+            s.distance = b - sqrt(max(0.0, r * r - dot(l, l)));
+            s.density = light.probability / (2.0 * PI * omc);
+            s.weight = 1.0 / s.density;
+            return s;
+        }
+    }
+#endif
+    let point = sample_light_surface(light, u);
+    let n = point.n;
+    let v = point.p - p;
+    let d2 = dot(v, v);
+    if (d2 == 0.0) {
+        return s;
+    }
+    let wi = v * inverseSqrt(d2);
+    let cos_theta = -dot(n, wi);
+    if (!emits_towards(light, cos_theta) || cos_theta == 0.0) {
+        return s;
+    }
+#if LIGHT_CYLINDER
+    if (light.kind == LIGHT_KIND_CYLINDER && cos_theta < 0.0) {
+        // The inside of a tube. Its own near wall may be in the way, which a shadow ray aimed at this primitive leaves out: the other root from
+        // the sampled point back. Where `p` lies on the tube that root is `p` itself.
+        let along = dot(wi, light.p1.xyz);
+        let back = -2.0 * light.p2.x * cos_theta / max(1.0 - along * along, 1e-20);
+        let height = dot(point.p - light.p0.xyz, light.p1.xyz) - back * along;
+        if (back < 0.9999 * sqrt(d2) && height >= 0.0 && height <= light.p2.y) {
+            return s;
+        }
+    }
+#endif
+#if LIGHT_TEXTURES
+    look_at_light(texture_of_light(light), light.primitive, point.p);
+    s.is_textured = texture_of_light(light) != NONE;
+#endif
+    s.wi = wi;
+    s.distance = sqrt(d2);
+    s.density = light.probability * d2 / (light.area * abs(cos_theta));
+    s.weight = 1.0 / s.density;
+    return s;
+}
+
+#if CAUSTICS
+// From here on targets fill so much of what a surface lights that its cosine matters more than they do.
+const WIDE_TARGETS = PI;
+
+fn pdf_le_area(light: Light, o: vec3f, d: vec3f, cos_theta: f32) -> f32 {
+    let total = all_solid_angles(o);
+    let wide = INV_PI * select(1.0, 0.5, light.two_sided != 0u);
+    let halves = density_of_halves(wide, 1.0 / (total * max(abs(cos_theta), 1e-10)), targets_hit(o, d));
+    return light.probability / light.area * select(halves, wide, total >= WIDE_TARGETS);
+}
+
+#if LIGHT_PATHS
+fn sample_le_area(light: Light, u: vec2f, v: vec2f) -> LightRay {
+    var l = light_ray(light);
+    var direction = v;
+    l.chance = 1.0;
+    let point = sample_light_surface(light, u);
+    l.n = point.n;
+    l.ray.o = point.p;
+    let total = all_solid_angles(l.ray.o);
+    let halves = total < WIDE_TARGETS;
+    let aimed = halves && is_aimed(&direction);
+    if (aimed) {
+        l.ray.d = sample_target(l.ray.o, total, direction);
+    } else {
+        let back = light.two_sided != 0u && direction.x < 0.5;
+        let x = select(direction.x, fract(2.0 * direction.x), light.two_sided != 0u);
+        l.ray.d = normalize(frame_around(select(l.n, -l.n, back)) * sample_cosine(vec2f(x, direction.y)));
+    }
+    l.given_up = halves && aimed != (targets_hit(l.ray.o, l.ray.d) > 0.0);
+    if (!emits_towards(light, dot(l.n, l.ray.d))) {
+        l.weight = 0.0;
+    }
+    l.ray.from_primitive = light.primitive;
+#if LIGHT_TEXTURES
+    look_at_light(texture_of_light(light), light.primitive, l.ray.o);
+#endif
+    return l;
+}
+#endif
+#endif
