@@ -1,21 +1,15 @@
 // The camera pass: paths from the sensor with next-event estimation, combined with chance hits by multiple importance sampling.
 // One invocation owns a pixel of each unit of a group and traces its paths one after the other, so that lanes whose path ends early take up the next.
 #include "common/math.wgsl"
+#include "common/params.wgsl"
 #include "common/sampler.wgsl"
-
-#include "common/bindings.wgsl"
-
-@group(0) @binding(14) var samples: WritableTable;
-
-var<private> pass_of_path: u32; // pass within the table of spectra
-
-#include "common/modules.wgsl"
-#include "sensor/sensor.wgsl"
-#include "common/units.wgsl"
-#include "common/store_sample.wgsl"
+#include "common/work.wgsl"
 #include "common/tile.wgsl"
-#include "integrator/vertex.wgsl"
-#include "integrator/scatter.wgsl"
+#include "common/store_sample.wgsl"
+#include "common/counters.wgsl"
+#include "sensor/sensor.wgsl"
+#include "path/state.wgsl"
+#include "path/next_vertex.wgsl"
 
 #if LIT_SENSOR
 // Light that falls on an irradiance sensor straight from a light: sampled as at a diffuse surface, since `ray` leaves it likewise.
@@ -39,21 +33,21 @@ fn light_on_sensor(ray: Ray) -> Ray {
 #endif
 
 var<private> sampled_pixel: u32;
-var<private> unit: Unit; // at hand
+var<private> item: WorkItem; // at hand
 
 // Sample `i` of the unit in its pixel `local`.
 fn begin_path(pixel: vec2u, i: u32, local: u32) -> Ray {
     sampled_pixel = pixel.y * params.image_width + pixel.x;
-    start_sampler(sampled_pixel, params.batch, params.seed, unit.index + i);
-    pass_of_path = unit.pass_index + i;
-    pass_base = pass_of_path * params.spectra_stride;
+    start_sampler(sampled_pixel, params.batch, params.seed, item.index + i);
+    pass_of_path = item.pass_index + i;
+    begin_pass(pass_of_path);
 #if GATHERED
     // Points outlive the dispatch.
-    point_slot = (unit.place + i) * 64u + local;
+    point_slot = (item.place + i) * 64u + local;
 #endif
     let ray = start_ray(pixel);
     // The fewer samples, the more does each stand for.
-    scale_beta(unit.weight);
+    scale_beta(item.weight);
     start_path(ray);
 #if INTERIORS
     inside = params.inside;
@@ -73,11 +67,11 @@ fn begin_path(pixel: vec2u, i: u32, local: u32) -> Ray {
 }
 
 // Goes on to the first unit from `first` on, or `end`, of which the invocation's pixel is in the tile.
-fn next_unit(first: u32, end: u32, local: u32) -> u32 {
+fn next_item(first: u32, end: u32, local: u32) -> u32 {
     var at = first;
     while (at < end) {
-        unit = unit_at(at);
-        if (is_in_tile(pixel_in_tile(unit.block, local))) {
+        item = load_WorkItem(at);
+        if (is_in_tile(pixel_in_tile(item.block, local))) {
             break;
         }
         at += 1u;
@@ -85,8 +79,8 @@ fn next_unit(first: u32, end: u32, local: u32) -> u32 {
     return at;
 }
 
-fn pixel_of_unit(local: u32) -> vec2u {
-    return vec2u(params.tile_x, params.tile_y) + pixel_in_tile(unit.block, local);
+fn pixel_of_item(local: u32) -> vec2u {
+    return vec2u(params.tile_x, params.tile_y) + pixel_in_tile(item.block, local);
 }
 
 @compute @workgroup_size(64)
@@ -95,14 +89,14 @@ fn main(
     @builtin(num_workgroups) workgroups: vec3u,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let group = group_at(group_number(workgroup.x, workgroups.x));
-    first_place = group_at(params.first_group).place;
+    let group = work_group(group_number(workgroup.x, workgroups.x));
+    first_place = work_group(params.first_group).place;
     mark_unfinished(slot_at(group.place, local), group.samples);
-    var at = next_unit(group.first, group.end, local);
+    var at = next_item(group.first, group.end, local);
     if (at >= group.end) {
         return;
     }
-    var pixel = pixel_of_unit(local);
+    var pixel = pixel_of_item(local);
     var i = 0u;
     var ray = begin_path(pixel, i, local);
     loop {
@@ -111,14 +105,14 @@ fn main(
 #if COUNTED
             count_path(path.depth);
 #endif
-            store_sample(slot_at(unit.place + i, local));
+            store_sample(slot_at(item.place + i, local));
             i += 1u;
-            if (i >= unit.count) {
-                at = next_unit(at + 1u, group.end, local);
+            if (i >= item.count) {
+                at = next_item(at + 1u, group.end, local);
                 if (at >= group.end) {
                     break;
                 }
-                pixel = pixel_of_unit(local);
+                pixel = pixel_of_item(local);
                 i = 0u;
             }
             ray = begin_path(pixel, i, local);

@@ -9,8 +9,8 @@
 
 @group(0) @binding(0) var<storage, read> pixels: array<f32>;
 #if GAMUT_MAP
-@group(0) @binding(1) var ring: Table;
-@group(0) @binding(3) var rounded_ring: Table;
+@group(0) @binding(1) var ring: Table<vec4f>;
+@group(0) @binding(3) var rounded_ring: Table<vec4f>;
 #endif
 @group(0) @binding(2) var<storage, read_write> out: array<f32>;
 

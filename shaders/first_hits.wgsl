@@ -1,24 +1,26 @@
 // What the rays of every pixel meet first: a pass of its own, run only on request. One invocation owns one pixel and sends `samples` rays through its
 // filter and the lens. Fog hides nothing.
 #include "common/math.wgsl"
+#include "common/params.wgsl"
 #include "common/sampler.wgsl"
-#include "common/bindings.wgsl"
-
-@group(0) @binding(5) var albedos: Table; // of every material: colour, and the share of rays that it stops
-@group(0) @binding(14) var<storage, read_write> first_hits: array<vec4f>; // per pixel: sum of normals and depths; of albedos, and their number
-
-// start_ray fills these.
-var<private> beta: array<vec4f, LANES4>;
-var<private> li: array<vec4f, LANES4>;
-
+#include "common/groups.wgsl"
+#include "common/tile.wgsl"
 #include "geometry/trace.wgsl"
 #include "geometry/surface.wgsl"
 #if INTERIORS
 #include "medium/interiors.wgsl"
 #endif
+#if INTERIORS
+#include "bsdf/material.wgsl"
+#endif
 #include "sensor/sensor.wgsl"
-#include "common/tile.wgsl"
-#include "common/groups.wgsl"
+
+@group(0) @binding(5) var albedos: Table<vec4f>; // of every material: colour, and the share of rays that it stops
+@group(0) @binding(14) var<storage, read_write> first_hits: array<vec4f>; // per pixel: sum of normals and depths; of albedos, and their number
+
+// start_ray fills these.
+var<private> beta: array<vec4f, LANES4>;
+var<private> li: array<vec4f, LANES4>;
 
 struct FirstHit {
     n: vec3f, // shading normal, on the side of the ray
@@ -27,7 +29,7 @@ struct FirstHit {
 }
 
 fn albedo_of(material: u32) -> vec4f {
-    return bitcast<vec4f>(fetch(albedos, material));
+    return load_albedos(material);
 }
 
 // Whether a surface of this material stops the ray at hand: boundaries do not, mixtures with them sometimes.
@@ -35,6 +37,19 @@ fn stops(material: u32) -> bool {
     let share = albedo_of(material).w;
     return share >= 1.0 || next_1d() < share;
 }
+
+#if INTERIORS
+// The material under a map of normals.
+fn bare_material(index: u32) -> Material {
+    let m = load_Material(index);
+#if NORMAL_MAPS
+    if (m.kind == MATERIAL_KIND_NORMAL_MAPPED) {
+        return load_Material(m.b);
+    }
+#endif
+    return m;
+}
+#endif
 
 fn first_hit(start: Ray) -> FirstHit {
     var ray = start;
@@ -53,16 +68,16 @@ fn first_hit(start: Ray) -> FirstHit {
         var index = material_of(hit.primitive);
         var is_there = stops(index);
 #if INTERIORS
-        let interior = material_at(index).interior;
+        let interior = load_Material(index).interior;
         if (interior != NONE) {
             let sides = cross_surface(inside, ray, s, interior, hit);
-            is_there = is_there && ruling_rank(sides.here) != ruling_rank(sides.beyond);
+            is_there = is_there && !is_invisible(bare_material(index), sides);
             inside = sides.beyond;
 #if CONTACT
             if (hit.contact != NONE) {
                 // Of a volume's surface and another that touches it, the other is seen.
                 let other = material_of(hit.contact);
-                if (material_at(other).interior == NONE && stops(other)) {
+                if (load_Material(other).interior == NONE && stops(other)) {
                     index = other;
                     is_there = true;
                 }

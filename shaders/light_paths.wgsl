@@ -1,22 +1,17 @@
 // The light pass, where anything bends light: paths from the lights are joined to the sensor wherever they scatter, and gathered at the visible points of
 // the camera pass.
 #include "common/math.wgsl"
+#include "common/params.wgsl"
 #include "common/sampler.wgsl"
-#include "common/bindings.wgsl"
 #include "common/groups.wgsl"
-
-@group(0) @binding(13) var<storage, read_write> splats: array<atomic<u32>>;
-
-var<private> pass_of_path: u32; // pass within the table of spectra
-
-#include "common/modules.wgsl"
+#include "common/counters.wgsl"
 #if GUIDED
 #include "light/guide.wgsl"
 #endif
 #include "light/emit.wgsl"
 #include "sensor/connect.wgsl"
-#include "integrator/vertex.wgsl"
-#include "integrator/scatter.wgsl"
+#include "path/state.wgsl"
+#include "path/next_vertex.wgsl"
 
 // The first unit from `first` on, or `end`, in which the invocation has a path: the last unit of a pass may have fewer than 64.
 fn next_unit(first: u32, end: u32, units_of_pass: u32, local: u32) -> u32 {
@@ -33,7 +28,7 @@ fn begin_path(unit: u32, units_of_pass: u32, local: u32) -> Ray {
     let sample = params.first_sample + pass_of_path;
     // One sequence over all paths of the batch: 0xffffffff is no pixel.
     start_sampler(0xffffffffu, params.batch, params.seed, sample * params.light_paths + index);
-    pass_base = pass_of_path * params.spectra_stride;
+    begin_pass(pass_of_path);
     return emit();
 }
 

@@ -1,26 +1,24 @@
 // Adds the samples of a dispatch of the camera pass to the film. A pass of its own, since here all lanes read the same weights at the same time: within
 // the loop over paths this took a third of the time.
 #include "common/math.wgsl"
+#include "common/params.wgsl"
+#include "common/spectra.wgsl"
+#include "common/work.wgsl"
+#include "common/tile.wgsl"
+#include "common/counters.wgsl"
 
-@group(0) @binding(0) var<uniform> params: Params;
-@group(0) @binding(4) var spectra: Table;
 @group(0) @binding(5) var<storage, read_write> film: array<f32>;
-@group(0) @binding(6) var<storage, read_write> counters: array<atomic<u32>>;
 #if MANY_BINS
 @group(0) @binding(12) var<storage, read> lane_bins: array<u32>;
 #endif
-@group(0) @binding(14) var samples: Table;
-
-#include "common/spectra.wgsl"
-#include "common/tile.wgsl"
-#include "common/units.wgsl"
+@group(0) @binding(14) var samples: Table<vec4f>;
 
 fn sample_at(i: u32) -> vec4f {
-    return bitcast<vec4f>(fetch(samples, i));
+    return load_samples(i);
 }
 
 // Adds the samples of a unit in its pixel `local` to the film.
-fn update_pixel(in_tile: vec2u, unit: Unit, local: u32) {
+fn update_pixel(in_tile: vec2u, item: WorkItem, local: u32) {
     let base = (in_tile.y * params.tile_width + in_tile.x) * (BINS + 3u);
     var xyz = vec3f(0.0);
 #if !MANY_BINS
@@ -29,10 +27,10 @@ fn update_pixel(in_tile: vec2u, unit: Unit, local: u32) {
         sums[k] = vec4f(0.0);
     }
 #endif
-    for (var i = 0u; i < unit.count; i++) {
-        let slot = slot_at(unit.place + i, local) * LANES4;
-        let pass_index = unit.pass_index + i;
-        pass_base = pass_index * params.spectra_stride;
+    for (var i = 0u; i < item.count; i++) {
+        let slot = slot_at(item.place + i, local) * LANES4;
+        let pass_index = item.pass_index + i;
+        begin_pass(pass_index);
         // Where the driver has ended the loop over paths.
         if (sample_at(slot).x == UNFINISHED) {
             atomicAdd(&counters[COUNTER_UNFINISHED], 1u);
@@ -94,23 +92,23 @@ fn main(
     @builtin(num_workgroups) workgroups: vec3u,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let first_of_all = group_at(params.first_group);
-    let end_of_all = group_at(params.first_group + workgroups.x - 1u).end;
+    let first_of_all = work_group(params.first_group);
+    let end_of_all = work_group(params.first_group + workgroups.x - 1u).end;
     first_place = first_of_all.place;
-    let group = group_at(group_number(workgroup.x, workgroups.x));
+    let group = work_group(group_number(workgroup.x, workgroups.x));
     for (var at = group.first; at < group.end; at++) {
-        let block = unit_at(at).block;
+        let block = load_WorkItem(at).block;
         let in_tile = pixel_in_tile(block, local);
         // All units of a block are one invocation's: there is one film.
-        if (!is_in_tile(in_tile) || (at > first_of_all.first && unit_at(at - 1u).block == block)) {
+        if (!is_in_tile(in_tile) || (at > first_of_all.first && load_WorkItem(at - 1u).block == block)) {
             continue;
         }
         for (var i = at; i < end_of_all; i++) {
-            let unit = unit_at(i);
-            if (unit.block != block) {
+            let item = load_WorkItem(i);
+            if (item.block != block) {
                 break;
             }
-            update_pixel(in_tile, unit, local);
+            update_pixel(in_tile, item, local);
         }
     }
 }

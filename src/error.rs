@@ -80,3 +80,21 @@ impl Error {
 
 /// `Result` with Abbe's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
+
+/// A user's string as it may stand in a one-line message: escaped and not too long.
+pub(crate) fn quoted(text: &str) -> String {
+    if text.chars().count() <= 60 { format!("{text:?}") } else { format!("{:?}...", text.chars().take(60).collect::<String>()) }
+}
+
+/// `did you mean "x"` for the nearest of `known`, or the list of them (or its size where it is long).
+pub(crate) fn suggest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> String {
+    let known: Vec<&str> = known.into_iter().collect();
+    let lower = word.chars().take(80).collect::<String>().to_lowercase();
+    let nearest = known.iter().map(|k| (strsim::osa_distance(&lower, &k.to_lowercase()), *k)).min_by_key(|(d, _)| *d);
+    match nearest {
+        Some((distance, k)) if distance <= 2.max(k.len() / 3) => format!("did you mean {k:?}?"),
+        _ if known.is_empty() => "there is none to choose from".into(),
+        _ if known.len() <= 24 => format!("use one of {}", known.join(", ")),
+        _ => format!("{} names are known, among them {}", known.len(), known[..8].join(", ")),
+    }
+}

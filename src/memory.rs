@@ -1,16 +1,22 @@
 //! How much memory is held, and a limit to it (`--max-memory`) for what a scene's size decides: loading and set-up.
 
-use crate::cli;
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// The system's allocator, which counts what is held; for the `abbe` command. Where the limit would be passed it says so in one line and ends the
-/// process, as an allocation cannot fail otherwise.
+/// The system's allocator, which counts what is held; for the `abbe` command. Where the limit would be passed the process ends, as an allocation
+/// cannot fail otherwise: by what [`at_limit`] was given, or else it is aborted.
 #[derive(Debug)]
 pub struct Counted;
 
 static HELD: AtomicU64 = AtomicU64::new(0);
 static LIMIT: AtomicU64 = AtomicU64::new(u64::MAX);
+static AT_LIMIT: OnceLock<fn(u64) -> !> = OnceLock::new();
+
+/// Says how the process ends where the limit, in bytes, would be passed. The limit is lifted by then. Only the first call counts.
+pub fn at_limit(end: fn(u64) -> !) {
+    let _ = AT_LIMIT.set(end);
+}
 
 /// From here on no more than so many bytes may be held, or as many as there are.
 pub fn limit(bytes: Option<u64>) {
@@ -30,7 +36,7 @@ fn count(bytes: u64) {
     if held > most {
         // Saying it takes some memory, too.
         limit(None);
-        cli::end_for_memory(most);
+        AT_LIMIT.get().map_or_else(|| std::process::abort(), |end| end(most))
     }
 }
 

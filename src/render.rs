@@ -4,8 +4,8 @@
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::first_hits::{Albedo, FirstHits};
-use crate::gpu::layout::COUNTED_DEPTHS;
 use crate::scene::FilmSettings;
+use crate::stats::BatchStats;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -49,13 +49,6 @@ impl Halt {
     }
 }
 
-impl BatchStats {
-    /// Samples and splats that are missing from the film, whatever the cause.
-    pub fn dropped(&self) -> u64 {
-        self.dropped_not_finite + self.dropped_negative + self.dropped_saturated + self.dropped_crowded + self.unfinished
-    }
-}
-
 /// An integrator that also says what is seen first.
 pub trait Renderer: Integrator {
     /// What the scene needed and what was found out about it, of several lines; all of it after the first batch.
@@ -64,88 +57,6 @@ pub trait Renderer: Integrator {
     /// What `samples` rays of every pixel meet first, `albedos` being those of the scene's materials; `index` as in
     /// [`Integrator::render_batch`].
     fn first_hits(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<FirstHits>;
-}
-
-/// Counts over one or more batches.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct BatchStats {
-    /// Sensor samples (or emitted light paths, for a forward estimator).
-    pub paths: u64,
-    /// Rays traced, shadow rays included.
-    pub rays: u64,
-    /// Samples dropped because a value was NaN or infinite.
-    pub dropped_not_finite: u64,
-    /// Samples dropped because a value was negative.
-    pub dropped_negative: u64,
-    /// Samples and splats dropped, or sums cut, because they are too large for the film.
-    pub dropped_saturated: u64,
-    /// Paths and shadow rays that ended on the GPU where more than four volumes overlap.
-    pub dropped_crowded: u64,
-    /// Paths cut at the greatest depth.
-    pub truncated: u64,
-    /// Samples lost because a driver ended the shader's loops: software drivers bound their turns.
-    pub unfinished: u64,
-    /// Most rays of one invocation on the GPU.
-    pub most_rays: u64,
-    /// Of `rays`, those of the GPU's camera pass.
-    pub camera_rays: u64,
-    /// Time that the GPU's camera pass took, from each submission to its completion.
-    pub camera_time: Duration,
-    /// Likewise, its light pass.
-    pub light_time: Duration,
-    /// Time by the adapter's own clock, of each of [`BatchStats::KERNELS`]; 0 unless asked for.
-    pub kernel_times: [Duration; 3],
-    /// The longest dispatch of either: drivers end those that take too long.
-    pub longest_dispatch: Duration,
-    /// What the GPU's camera pass did, where it was asked to count.
-    pub camera_counts: Counts,
-    /// Likewise, its light pass.
-    pub light_counts: Counts,
-}
-
-/// What a pass of the GPU did; all 0 but where the plan has it counted ([`crate::integrator::Plan::counted`]).
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// BVH nodes tested.
-    pub nodes: u64,
-    /// Primitives tested.
-    pub primitives: u64,
-    /// Paths that ended after 0, 1, 2, ... scattering events; the last counts all longer ones, too.
-    pub ended: [u64; COUNTED_DEPTHS as usize],
-}
-
-impl std::ops::AddAssign for Counts {
-    fn add_assign(&mut self, b: Self) {
-        self.nodes += b.nodes;
-        self.primitives += b.primitives;
-        self.ended.iter_mut().zip(b.ended).for_each(|(a, b)| *a += b);
-    }
-}
-
-impl BatchStats {
-    /// The kernels of the GPU's passes: two of the camera's, one of the light's.
-    pub const KERNELS: [&'static str; 3] = ["camera paths", "film", "light paths"];
-}
-
-impl std::ops::AddAssign for BatchStats {
-    fn add_assign(&mut self, b: Self) {
-        self.paths += b.paths;
-        self.rays += b.rays;
-        self.dropped_not_finite += b.dropped_not_finite;
-        self.dropped_negative += b.dropped_negative;
-        self.dropped_saturated += b.dropped_saturated;
-        self.dropped_crowded += b.dropped_crowded;
-        self.truncated += b.truncated;
-        self.unfinished += b.unfinished;
-        self.most_rays = self.most_rays.max(b.most_rays);
-        self.camera_rays += b.camera_rays;
-        self.camera_time += b.camera_time;
-        self.light_time += b.light_time;
-        self.kernel_times.iter_mut().zip(b.kernel_times).for_each(|(a, b)| *a += b);
-        self.longest_dispatch = self.longest_dispatch.max(b.longest_dispatch);
-        self.camera_counts += b.camera_counts;
-        self.light_counts += b.light_counts;
-    }
 }
 
 /// When to stop; whichever comes first. With nothing set: after [`Stop::DEFAULT_SPP`].

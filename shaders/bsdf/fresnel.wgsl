@@ -1,4 +1,5 @@
 // Unpolarised Fresnel reflectance, four wavelengths at a time.
+#include "common/math.wgsl"
 
 // Square of the transmitted cosine, negative under total internal reflection; `eta` = eta_t / eta_i. Written without 1 - cos^2, so that it keeps its
 // digits near the critical angle and is exactly cos_i^2 for matched indices.

@@ -1,4 +1,5 @@
 // GGX in the local frame of the shading normal, +z outward on the side of wo.
+#include "common/math.wgsl"
 
 // Its width: where some metal has a grain, that along x and along y.
 #if GRAIN

@@ -1,9 +1,7 @@
 // Sheen over a material (the model and its sources: src/bsdf/sheen.rs): its own reflection and what lies under it are two parts, of which a path takes one,
 // as of a coat.
-
-var<private> sheen: u32; // the material that covers the surface at hand, or NONE
-var<private> sheen_entered: f32; // what it leaves of the path at hand for what lies under it
-var<private> beta_on_sheen: array<vec4f, LANES4>; // throughput of the path that arrives at it
+#include "bsdf/bsdf.wgsl"
+#include "bsdf/energy.wgsl"
 
 // Behind the albedos of a sheen: half of 1 / alpha, the factor of its distribution, its greatest colour, the fit of its shadows.
 const SHEEN_POWER = ENERGY_SHEEN;
@@ -23,37 +21,29 @@ fn sheen_transmittance(m: Material, mu: f32) -> f32 {
 
 // A factor on what is scattered at cosine `mu` under the sheen `index` of which the path entered with the share `entered`, if there is one.
 fn out_of_sheen(index: u32, entered: f32, mu: f32) -> f32 {
-    let share = sheen_transmittance(material_at(select(index, 0u, index == NONE)), mu);
+    let share = sheen_transmittance(load_Material(select(index, 0u, index == NONE)), mu);
     return select(min(share / max(entered, 1e-6), 1.0), 1.0, index == NONE);
 }
 
-// Notes that what the path meets is under sheen number `index`.
-fn go_under_sheen(index: u32) {
-    sheen = index;
-    beta_on_sheen = beta;
-}
-
-// Decides between the sheen's own reflection (true) and what is under it, for a path that arrives at cosine `mu`: puts the share that goes there into beta.
-fn choose_sheen(mu: f32, u: f32) -> bool {
-    let m = material_at(sheen);
-    sheen_entered = sheen_transmittance(m, mu);
+// Decides between the sheen's own reflection and what is under it, for a path that arrives at cosine `mu` with the throughput `above`: puts the share that
+// goes there into beta. Returns 0 for the reflection, else the factor on what is under it.
+fn choose_sheen(b: ptr<function, Bsdf>, above: ptr<function, Spectrum>, mu: f32, u: f32) -> f32 {
+    let m = load_Material((*b).sheen);
+    (*b).sheen_entered = sheen_transmittance(m, mu);
     var carried = vec4f(0.0);
     var reflected = vec4f(0.0);
     for (var k = 0u; k < LANES4; k++) {
-        carried += beta_on_sheen[k];
-        reflected += beta_on_sheen[k] * spectrum(m.a, k);
+        carried += (*above)[k];
+        reflected += (*above)[k] * spectrum(m.a, k);
     }
     let own = min(sheen_albedo(m, mu), 1.0) * sum4(reflected) / max(sum4(carried), 1e-30);
-    let p = clamp(own / max(own + sheen_entered, 1e-6), 0.05, 0.95);
+    let p = clamp(own / max(own + (*b).sheen_entered, 1e-6), 0.05, 0.95);
     let reflects = u < p;
-    let below = sheen_entered / (1.0 - p);
+    let below = (*b).sheen_entered / (1.0 - p);
     for (var k = 0u; k < LANES4; k++) {
-        beta[k] = select(beta[k] * below, beta_on_sheen[k] / p, reflects);
-#if COAT
-        beta_on_coat[k] *= below;
-#endif
+        beta[k] = select(beta[k] * below, (*above)[k] / p, reflects);
     }
-    return reflects;
+    return select(below, 0.0, reflects);
 }
 
 fn pdf_sheen(wo: vec3f, wi: vec3f) -> f32 {
@@ -69,16 +59,16 @@ fn sheen_lambda(m: Material, mu: f32) -> f32 {
     return exp(select(2.0 * sheen_fit(at, 0.5) - sheen_fit(at, 1.0 - mu), sheen_fit(at, mu), mu < 0.5));
 }
 
-// Fills bsdf_f; returns the pdf.
-fn eval_sheen(m: Material, wo: vec3f, wi: vec3f) -> f32 {
+fn eval_sheen(b: ptr<function, Bsdf>, wo: vec3f, wi: vec3f, f: ptr<function, Spectrum>) -> BsdfPdf {
+    let m = (*b).m;
     let pdf = pdf_sheen(wo, wi);
     let h = normalize(wo + wi);
     let slope = pow(max(dot(h.xy, h.xy), 1e-30), tables[m.table + SHEEN_POWER]);
     let shadows = max(wo.z, 1e-6) * (1.0 + sheen_lambda(m, min(wo.z, 1.0)) + sheen_lambda(m, clamp(wi.z, 0.0, 1.0)));
     let limit = max(max(sheen_albedo(m, wo.z), sheen_albedo(m, wi.z)), 1.0);
-    let f = select(0.0, tables[m.table + SHEEN_FACTOR] * slope / (shadows * limit), pdf > 0.0);
+    let g = select(0.0, tables[m.table + SHEEN_FACTOR] * slope / (shadows * limit), pdf > 0.0);
     for (var k = 0u; k < LANES4; k++) {
-        bsdf_f[k] = f * spectrum(m.a, k);
+        (*f)[k] = g * spectrum(m.a, k);
     }
-    return pdf;
+    return BsdfPdf(pdf, pdf, pdf_sheen(wi, wo));
 }

@@ -48,14 +48,14 @@ fn of_lightness_one(rgb: vec3f) -> vec3f {
 fn at_sharp(hue: f32) -> vec3f {
     let x = hue * (f32(RING) / 360.0);
     let i = u32(i32(floor(x)) + i32(RING));
-    return mix(bitcast<vec4f>(fetch(ring, i % RING)).xyz, bitcast<vec4f>(fetch(ring, (i + 1u) % RING)).xyz, x - floor(x));
+    return mix(load_ring(i % RING).xyz, load_ring((i + 1u) % RING).xyz, x - floor(x));
 }
 
 fn at_rounded(hue: f32) -> vec3f {
     let x = hue * (f32(ROUNDED_RING) / 360.0);
     let i = u32(i32(floor(x)) + i32(ROUNDED_RING));
-    let a = bitcast<vec4f>(fetch(rounded_ring, i % ROUNDED_RING)).xyz;
-    return mix(a, bitcast<vec4f>(fetch(rounded_ring, (i + 1u) % ROUNDED_RING)).xyz, x - floor(x));
+    let a = load_rounded_ring(i % ROUNDED_RING).xyz;
+    return mix(a, load_rounded_ring((i + 1u) % ROUNDED_RING).xyz, x - floor(x));
 }
 
 // The largest component brought below 1, as `shoulder`.

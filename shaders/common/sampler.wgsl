@@ -1,6 +1,5 @@
 // Low-discrepancy numbers keyed by pixel, batch, sample and dimension: padded (0,2)-sequences with Owen scrambling by hashing
 // (Burley, "Practical hash-based Owen scrambling", JCGT 9(4), 2020). Never keyed by an invocation's place in a queue.
-
 var<private> sampler_pixel: u32; // hash of pixel, batch and seed
 var<private> sampler_index: u32; // sample within the batch
 var<private> sampler_dimension: u32;

@@ -1,6 +1,9 @@
 // Where a ray meets two surfaces at once, as far as rounding can tell. Surfaces that lie in each other are crossed together, as optical contact. Of two that
 // cross each other the ray meets one after the other: on which side of the second it goes on is kept in mind, since its origin is as close to that surface
 // as rounding, and may lie on either side.
+#include "geometry/trace.wgsl"
+#include "geometry/surface.wgsl"
+#include "bsdf/material.wgsl"
 
 // What passes through the origin of the ray at hand beside the surface that it leaves.
 struct Beside {
@@ -49,8 +52,8 @@ fn share_a_corner(a: u32, b: u32) -> bool {
 
 // True for primitives that may bound the same volume, or are of the same material.
 fn are_alike(a: u32, b: u32) -> bool {
-    let interior = material_at(material_of(a)).interior;
-    return material_of(a) == material_of(b) || (interior != NONE && interior == material_at(material_of(b)).interior);
+    let interior = load_Material(material_of(a)).interior;
+    return material_of(a) == material_of(b) || (interior != NONE && interior == load_Material(material_of(b)).interior);
 }
 
 // Finds what lies beside the ray that leaves `hit`, at which `ray` arrives. Only a surface that lies in the one met remains its contact. Of neighbours in

@@ -1,4 +1,6 @@
 // Where the grain of brushed metal points (the model: src/scene/grain.rs).
+#include "geometry/surface.wgsl"
+#include "bsdf/conductor.wgsl"
 
 // The tangent of the mesh at `s`, as its vertices have it; 0 where there is none. w: 1, or -1 where texture coordinates are mirrored.
 fn tangent_at(s: Surface) -> vec4f {
@@ -12,7 +14,7 @@ fn tangent_at(s: Surface) -> vec4f {
     let is_triangle = true;
 #endif
     if (is_triangle && at != NONE) {
-        if (bitcast<vec4f>(fetch(normals, at)).w > 0.0) {
+        if (load_normals(at).w > 0.0) {
             let e1 = primitive.r1.xyz - primitive.r0.xyz;
             let e2 = primitive.r2.xyz - primitive.r0.xyz;
             let n = cross(e1, e2);
@@ -20,13 +22,13 @@ fn tangent_at(s: Surface) -> vec4f {
             let p = s.p - primitive.r0.xyz;
             let b1 = dot(cross(p, e2), n) * scale;
             let b2 = dot(cross(e1, p), n) * scale;
-            let first = bitcast<vec4f>(fetch(normals, at + 3u));
-            let along = (1.0 - b1 - b2) * first.xyz + b1 * bitcast<vec4f>(fetch(normals, at + 4u)).xyz
-                + b2 * bitcast<vec4f>(fetch(normals, at + 5u)).xyz;
+            let first = load_normals(at + 3u);
+            let along = (1.0 - b1 - b2) * first.xyz + b1 * load_normals(at + 4u).xyz
+                + b2 * load_normals(at + 5u).xyz;
             tangent = vec4f(along, first.w);
 #if INSTANCES
             if (primitive.instance != NONE) {
-                let i = load_Instance(instances, primitive.instance);
+                let i = load_Instance(primitive.instance);
                 tangent = vec4f(carry_direction(to_world(i), along), first.w);
             }
 #endif

@@ -1,4 +1,5 @@
 // Spheres, discs and cylinders, without facets.
+#include "geometry/trace.wgsl"
 
 fn intersect_quadric(ray: Ray, primitive: u32, kind: u32, center: vec3f, axis: vec3f, size: vec3f, hit: ptr<function, Hit>) {
     let f = ray.o - center;

@@ -1,6 +1,8 @@
 // Watertight ray-triangle test by Pluecker coordinates relative to the ray's origin (Davidovic et al., "3D rasterization", 2012). The edge function of
 // a shared edge is computed from the sum and the difference of its end points, so that both triangles get it with exactly opposite signs,
 // whether or not products are fused; a ray through the edge belongs to at least one of them.
+#include "geometry/trace.wgsl"
+
 fn intersect_triangle(ray: Ray, primitive: u32, p0: vec3f, p1: vec3f, p2: vec3f, hit: ptr<function, Hit>) {
     let v0 = p0 - ray.o;
     let v1 = p1 - ray.o;

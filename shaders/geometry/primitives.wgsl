@@ -1,13 +1,15 @@
 // The table of primitives: three rows each (src/gpu/primitives.rs). With INSTANCES a primitive's number is not its place in the table where it is part
 // of a mesh that stands in many places: every instance has numbers of its own for its triangles (src/gpu/instances.rs).
-@group(0) @binding(2) var primitives: Table;
+#include "common/math.wgsl"
+
+@group(0) @binding(2) var primitives: Table<vec4f>;
 #if INSTANCES
-@group(0) @binding(21) var instances: Table;
+@group(0) @binding(21) var instances: Table<vec4u, Instance>;
 #endif
 
 // Row `i` of the table.
 fn primitive_row(i: u32) -> vec4f {
-    return bitcast<vec4f>(fetch(primitives, i));
+    return load_primitives(i);
 }
 
 #if INSTANCES
@@ -17,7 +19,7 @@ fn instance_of(number: u32) -> u32 {
         return NONE;
     }
     let granule = (number - FIRST_INSTANCED) / GRANULE;
-    let four = fetch(instances, FIRST_OWNER + granule / 4u);
+    let four = load_instances(FIRST_OWNER + granule / 4u);
     let pair = select(four.xy, four.zw, (granule & 2u) != 0u);
     return select(pair.x, pair.y, (granule & 1u) != 0u);
 }
@@ -70,7 +72,7 @@ fn primitive_at(number: u32) -> Primitive {
 #if INSTANCES
     p.instance = instance_of(number);
     if (p.instance != NONE) {
-        let i = load_Instance(instances, p.instance);
+        let i = load_Instance(p.instance);
         p.place = number - i.first_number;
         let r0 = primitive_row(3u * p.place);
         let r1 = primitive_row(3u * p.place + 1u);
@@ -92,7 +94,7 @@ fn material_of(number: u32) -> u32 {
 #if INSTANCES
     let instance = instance_of(number);
     if (instance != NONE) {
-        return load_Instance(instances, instance).material;
+        return load_Instance(instance).material;
     }
 #endif
     return bitcast<u32>(primitive_row(3u * number).w) & 0x1fffffffu;

@@ -1,4 +1,10 @@
 // What a hit point looks like to the shading code.
+#include "common/math.wgsl"
+#include "geometry/trace.wgsl"
+#include "geometry/primitives.wgsl"
+#if SMOOTH_NORMALS
+@group(0) @binding(9) var normals: Table<vec4f>;
+#endif
 
 struct Surface {
     p: vec3f,
@@ -60,12 +66,12 @@ fn surface_at(ray: Ray, hit: Hit) -> Surface {
 #if SMOOTH_NORMALS
     let at = bitcast<u32>(r2.w);
     if (at != NONE) {
-        var n0 = bitcast<vec4f>(fetch(normals, at)).xyz;
-        var n1 = bitcast<vec4f>(fetch(normals, at + 1u)).xyz;
-        var n2 = bitcast<vec4f>(fetch(normals, at + 2u)).xyz;
+        var n0 = load_normals(at).xyz;
+        var n1 = load_normals(at + 1u).xyz;
+        var n2 = load_normals(at + 2u).xyz;
 #if INSTANCES
         if (primitive.instance != NONE) {
-            let i = load_Instance(instances, primitive.instance);
+            let i = load_Instance(primitive.instance);
             n0 = carry_normal(i, n0);
             n1 = carry_normal(i, n1);
             n2 = carry_normal(i, n2);

@@ -1,5 +1,12 @@
 // Pictures on surfaces (the model: src/scene/texture.rs). One table holds their records, the texture coordinates of all primitives, and texels of
 // upsampled colours; what is interpolated are spectra. A look-up writes all lanes at once, so that materials and lights read it like any spectrum.
+#include "common/spectra.wgsl"
+#include "geometry/primitives.wgsl"
+#include "geometry/surface.wgsl"
+#if CAMERA_PATHS || LIGHT_PATHS
+#include "bsdf/bsdf.wgsl"
+#endif
+@group(0) @binding(20) var textures: Table<vec4u, Texture>;
 
 // Texture coordinates of the point `p` of a triangle.
 fn uv_at(number: u32, p: vec3f) -> vec2f {
@@ -12,8 +19,8 @@ fn uv_at(number: u32, p: vec3f) -> vec2f {
     let b1 = dot(cross(p - p0, e2), n) * scale;
     let b2 = dot(cross(e1, p - p0), n) * scale;
     let at = FIRST_UV + 2u * primitive.place;
-    let ab = bitcast<vec4f>(fetch(textures, at));
-    let c = bitcast<vec4f>(fetch(textures, at + 1u)).xy;
+    let ab = bitcast<vec4f>(load_textures(at));
+    let c = bitcast<vec4f>(load_textures(at + 1u)).xy;
     return (1.0 - b1 - b2) * ab.xy + b1 * ab.zw + b2 * c;
 }
 
@@ -48,7 +55,7 @@ struct Filtered {
 
 // The texels around the point `p` of a triangle, and their weights.
 fn filter_texels(index: u32, primitive: u32, p: vec3f) -> Filtered {
-    let t = load_Texture(textures, index);
+    let t = load_Texture(index);
     let uv = vec3f(uv_at(primitive, p), 1.0);
     let modes = vec2u(t.sampling & 3u, (t.sampling >> 2u) & 3u);
     let nearest = (t.sampling >> 4u) != 0u;
@@ -60,10 +67,10 @@ fn filter_texels(index: u32, primitive: u32, p: vec3f) -> Filtered {
     let columns = vec2u(wrap_texel(first.x, size.x, modes.x), wrap_texel(first.x + 1, size.x, modes.x));
     let rows = t.first_texel + t.width * vec2u(wrap_texel(first.y, size.y, modes.y), wrap_texel(first.y + 1, size.y, modes.y));
     var f: Filtered;
-    f.c00 = bitcast<vec4f>(fetch(textures, rows.x + columns.x));
-    f.c10 = bitcast<vec4f>(fetch(textures, rows.x + columns.y));
-    f.c01 = bitcast<vec4f>(fetch(textures, rows.y + columns.x));
-    f.c11 = bitcast<vec4f>(fetch(textures, rows.y + columns.y));
+    f.c00 = bitcast<vec4f>(load_textures(rows.x + columns.x));
+    f.c10 = bitcast<vec4f>(load_textures(rows.x + columns.y));
+    f.c01 = bitcast<vec4f>(load_textures(rows.y + columns.x));
+    f.c11 = bitcast<vec4f>(load_textures(rows.y + columns.y));
     f.weights = vec4f((1.0 - s.x) * (1.0 - s.y), s.x * (1.0 - s.y), (1.0 - s.x) * s.y, s.x * s.y);
     f.x_row = t.x_row;
     f.factor_row = t.factor_row;
@@ -96,9 +103,9 @@ fn mapped_normal(index: u32, s: Surface) -> vec3f {
     let e1 = primitive.r1.xyz - p0;
     let e2 = primitive.r2.xyz - p0;
     let at = FIRST_UV + 2u * primitive.place;
-    let ab = bitcast<vec4f>(fetch(textures, at));
+    let ab = bitcast<vec4f>(load_textures(at));
     let d1 = ab.zw - ab.xy;
-    let d2 = bitcast<vec4f>(fetch(textures, at + 1u)).xy - ab.xy;
+    let d2 = bitcast<vec4f>(load_textures(at + 1u)).xy - ab.xy;
     let side = select(1.0, -1.0, d1.x * d2.y - d1.y * d2.x < 0.0);
     let along_u = side * (d2.y * e1 - d1.y * e2);
     let along_v = side * (d1.x * e2 - d2.x * e1);
@@ -112,17 +119,17 @@ fn mapped_normal(index: u32, s: Surface) -> vec3f {
 }
 #endif
 
-var<private> surface_color: array<vec4f, LANES4>; // of the material that was looked at last
-
-// Looks at a material at the point `p` of a primitive: see `color_of`.
-fn look_at_surface(m: Material, primitive: u32, p: vec3f) {
-    if (m.texture != NONE) {
-        let f = filter_texels(m.texture, primitive, p);
+#if CAMERA_PATHS || LIGHT_PATHS
+// Looks up what the picture of a material shows at the point `p` of a primitive.
+fn look_up_color(b: ptr<function, Bsdf>, primitive: u32, p: vec3f) {
+    if ((*b).m.texture != NONE) {
+        let f = filter_texels((*b).m.texture, primitive, p);
         for (var k = 0u; k < LANES4; k++) {
-            surface_color[k] = filtered_spectrum(f, k);
+            (*b).color[k] = filtered_spectrum(f, k);
         }
     }
 }
+#endif
 
 #if LIGHT_TEXTURES
 var<private> light_color: array<vec4f, LANES4>; // of the light that was looked at last

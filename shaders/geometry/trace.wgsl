@@ -1,13 +1,19 @@
 // Traversal of the compressed wide BVH (Ylitie, Karras & Laine, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs",
 // HPG 2017; node layout of obvhs: 5 x vec4<u32>, min and max planes interleaved).
+#include "common/math.wgsl"
+#include "common/params.wgsl"
+#include "geometry/primitives.wgsl"
 #include "geometry/intersect_triangle.wgsl"
 #if QUADRICS
 #include "geometry/intersect_quadric.wgsl"
 #endif
-
-#if COUNTED
-#include "common/counts.wgsl"
+#if CONTACT
+#include "geometry/contact.wgsl"
 #endif
+#if COUNTED
+#include "common/counters.wgsl"
+#endif
+@group(0) @binding(1) var bvh: Table<vec4u>;
 
 struct Ray {
     o: vec3f,
@@ -26,10 +32,6 @@ struct Hit {
     contact: u32, // another primitive at the same place, or NONE
 #endif
 }
-
-#if CONTACT
-#include "geometry/contact.wgsl"
-#endif
 
 // True if the origin of `ray` lies on this primitive.
 fn leaves(ray: Ray, primitive: u32) -> bool {
@@ -169,11 +171,11 @@ fn trace(ray: Ray) -> Hit {
             nodes_tested += 1u;
 #endif
             let at = 5u * (base + countOneBits(imask & ~(0xffffffffu << slot)));
-            let n0 = fetch(bvh, at);
-            let n1 = fetch(bvh, at + 1u);
-            let nx = fetch(bvh, at + 2u);
-            let ny = fetch(bvh, at + 3u);
-            let nz = fetch(bvh, at + 4u);
+            let n0 = load_bvh(at);
+            let n1 = load_bvh(at + 1u);
+            let nx = load_bvh(at + 2u);
+            let ny = load_bvh(at + 3u);
+            let nz = load_bvh(at + 4u);
             let exponents = vec3u(n0.w & 0xffu, (n0.w >> 8u) & 0xffu, (n0.w >> 16u) & 0xffu);
             let scale = bitcast<vec3f>(exponents << vec3u(23u)) * seen.inv_d;
             let origin = (bitcast<vec3f>(n0.xyz) - seen.o) * seen.inv_d;
@@ -211,7 +213,7 @@ fn trace(ray: Ray) -> Hit {
                     traversal_stack[depth] = primitives_left;
                     depth += 1u;
                 }
-                let i = load_Instance(instances, instance);
+                let i = load_Instance(instance);
                 space = Space(to_world(i), i.first_number);
                 seen = slopes(carry_point(to_mesh(i), ray.o), carry_direction(to_mesh(i), ray.d));
                 in_mesh = true;

@@ -2,8 +2,12 @@
 // spheres around it (`targets`), of which one is chosen by the solid angle (or cross-section) that it shows, and since spheres overlap, the density of a
 // ray is the number of spheres it meets over the sum of all. The others go wherever else the light shines: those that meet a sphere are given up, since a
 // ray that both halves could make would be one of many to the guide in one of them, and a rare bright one in the other.
+#include "common/params.wgsl"
+#include "common/math.wgsl"
+#include "light/lights.wgsl"
+
 #if LIGHT_POINT || LIGHT_AREA || LIGHT_ENVIRONMENT
-@group(0) @binding(15) var targets: Table; // centre, radius
+@group(0) @binding(15) var targets: Table<vec4f>; // centre, radius
 
 // Share of the light paths that are aimed.
 const AIMED = 0.5;
@@ -14,7 +18,7 @@ fn density_of_halves(wide: f32, aimed: f32, hits: f32) -> f32 {
 }
 
 fn target_at(i: u32) -> vec4f {
-    return bitcast<vec4f>(fetch(targets, i));
+    return load_targets(i);
 }
 
 // How many targets the ray meets.
@@ -188,7 +192,7 @@ fn emission_density(light: Light, o: vec3f, d: vec3f, cos_theta: f32, at: u32) -
 #if LIGHT_SAMPLES
 // Density of the light paths that a light sample, seen from `p`, could have come with.
 fn emission_density_of_sample(s: LightSample, p: vec3f) -> f32 {
-    let light = light_at(s.index);
+    let light = load_Light(s.index);
     var o = p;
     var cos_theta = 1.0;
 #if LIGHT_AREA

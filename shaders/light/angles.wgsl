@@ -1,4 +1,6 @@
 // atan on [0, 1], absolute error 2e-8 (Abramowitz & Stegun 4.4.49); the built-in is only good to 1e-4 on some adapters.
+#include "common/math.wgsl"
+
 fn atan_unit(x: f32) -> f32 {
     let s = x * x;
     return x * (1.0 + s * (-0.3333314528 + s * (0.1999355085 + s * (-0.1420889944 + s * (0.1065626393

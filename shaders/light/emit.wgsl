@@ -1,4 +1,11 @@
 // Light paths begin: a light by its power, a point and a direction on it. beta becomes flux per probability, W nm^-1.
+#include "common/sampler.wgsl"
+#include "light/lights.wgsl"
+#include "light/aim.wgsl"
+#if GUIDED
+#include "light/guide.wgsl"
+#endif
+#include "path/state.wgsl"
 
 #if LIGHT_POINT || LIGHT_AREA || LIGHT_ENVIRONMENT
 // True for AIMED of the numbers, what is left of which is spread evenly again.
@@ -21,7 +28,7 @@ fn emit() -> Ray {
     var u = next_2d();
     var v = next_2d();
 #endif
-    let light = light_at(index);
+    let light = load_Light(index);
     var ray = Ray(light.p0.xyz, INFINITE, light.p1.xyz, NONE, NONE, false);
     var n = light.p1.xyz;
     var weight = 1.0;
@@ -154,7 +161,7 @@ fn emit() -> Ray {
 #if LIGHT_SAMPLES
 // Density of a light sample of the point that this path comes from, seen from `p`, its first vertex.
 fn light_density_at(p: vec3f) -> f32 {
-    var light = light_at(path.light);
+    var light = load_Light(path.light);
     light.probability = probability_of_choice(light, path.light, p);
     let v = p - path.last_vertex;
     let d2 = dot(v, v);

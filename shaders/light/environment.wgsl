@@ -1,4 +1,12 @@
 // Light from beyond the scene: the sun, a constant environment, a latitude-longitude picture.
+#include "common/math.wgsl"
+#include "light/lights.wgsl"
+#if CAMERA_PATHS
+#include "path/mis.wgsl"
+#endif
+#if ENV_IMAGE
+@group(0) @binding(11) var environment: Table<vec4f>;
+#endif
 
 #if ENV_IMAGE
 // Texel seen in direction `d`.
@@ -15,14 +23,14 @@ fn environment_texel(light: Light, d: vec3f) -> u32 {
 
 // Radiance of a texel: upsampled colour times the colour space's white.
 fn environment_radiance(light: Light, at: u32, k: u32) -> vec4f {
-    let c = bitcast<vec4f>(fetch(environment, 2u * at));
+    let c = load_environment(2u * at);
     let x = spectrum(bitcast<u32>(light.p2.w), k);
     let t = (c.x * x + c.y) * x + c.z;
     return c.w * (0.5 + 0.5 * t * inverseSqrt(1.0 + t * t)) * spectrum(light.row, k);
 }
 
 fn pdf_environment_image(at: u32) -> f32 {
-    return bitcast<vec4f>(fetch(environment, 2u * at + 1u)).z;
+    return load_environment(2u * at + 1u).z;
 }
 
 fn sample_environment_image(light: Light, u: vec2f) -> LightSample {
@@ -31,7 +39,7 @@ fn sample_environment_image(light: Light, u: vec2f) -> LightSample {
     let height = light.p1.w;
     let x = u.x * width * height;
     var at = u32(min(x, width * height - 1.0));
-    let alias_entry = bitcast<vec4f>(fetch(environment, 2u * at + 1u));
+    let alias_entry = load_environment(2u * at + 1u);
     let f = x - f32(at);
     var within = f / alias_entry.x;
     if (f >= alias_entry.x) {
@@ -72,7 +80,7 @@ fn distant_emission(light: Light, d: vec3f, at: u32) -> f32 {
 // Adds what an escaping ray sees.
 fn add_environment(d: vec3f) {
     for (var i = FIRST_DISTANT_LIGHT; i < LIGHTS; i++) {
-        let light = light_at(i);
+        let light = load_Light(i);
         switch light.kind {
 #if ENV_CONSTANT
             case LIGHT_KIND_CONSTANT: {

@@ -1,5 +1,7 @@
 // Which light to sample of those that have a place, by the table of the grid's cell around the point that is lit (src/gpu/light_grid.rs).
-@group(0) @binding(22) var light_grid: Table;
+#include "light/lights.wgsl"
+
+@group(0) @binding(22) var light_grid: Table<vec4u>;
 
 // Texels of a cell's table, two entries to one.
 const LIGHT_GRID_TEXELS = (LIGHT_ENTRIES + 1u) / 2u;
@@ -14,7 +16,7 @@ fn light_table_at(p: vec3f) -> u32 {
 
 // Threshold and alias, and probability, of an entry of the table that begins at `first`.
 fn light_entry(first: u32, entry: u32) -> vec2u {
-    let two = fetch(light_grid, first + entry / 2u);
+    let two = load_light_grid(first + entry / 2u);
     return select(two.xy, two.zw, (entry & 1u) != 0u);
 }
 
@@ -37,9 +39,9 @@ fn choose_near_light(p: vec3f, u: f32) -> LightChoice {
         // The first choice has used up its number.
         let begin = FIRST_LIGHT_IN_ORDER + index * LIGHTS_OF_ENTRY;
         let within = alias_entry(next_1d(), min(LIGHTS_OF_ENTRY, NEAR_LIGHTS - index * LIGHTS_OF_ENTRY));
-        var light = fetch(light_grid, begin + u32(within.x));
+        var light = load_light_grid(begin + u32(within.x));
         if (!is_kept(light.x, within.y)) {
-            light = fetch(light_grid, begin + (light.x & 0xffffu));
+            light = load_light_grid(begin + (light.x & 0xffffu));
         }
         index = light.z;
         probability *= bitcast<f32>(light.y);
@@ -52,10 +54,10 @@ fn probability_of_near_light(index: u32, p: vec3f) -> f32 {
     var entry = index;
     var probability = NEAR_SHARE;
     if (LIGHTS_OF_ENTRY > 1u) {
-        let places = fetch(light_grid, FIRST_LIGHT_IN_ORDER + NEAR_LIGHTS + index / 4u);
+        let places = load_light_grid(FIRST_LIGHT_IN_ORDER + NEAR_LIGHTS + index / 4u);
         let place = select(select(places.x, places.y, index % 4u == 1u), select(places.z, places.w, index % 4u == 3u), index % 4u >= 2u);
         entry = place / LIGHTS_OF_ENTRY;
-        probability *= bitcast<f32>(fetch(light_grid, FIRST_LIGHT_IN_ORDER + place).y);
+        probability *= bitcast<f32>(load_light_grid(FIRST_LIGHT_IN_ORDER + place).y);
     }
     return probability * bitcast<f32>(light_entry(light_table_at(p), entry).y);
 }

@@ -1,7 +1,11 @@
 // Guided emission: the random numbers that a light path begins with (choice of a light, point on it, direction: primary sample space) are warped to where
 // paths were of use before (Guo et al. 2018, "Primary sample space path guiding"; the tree: src/integrator/guide.rs). The warp's density divides the
 // throughput; multiple importance sampling goes on with the density without it, which camera paths can work out: any weights are right that add up to one.
-@group(0) @binding(18) var guide: Table;
+#include "common/params.wgsl"
+#include "common/math.wgsl"
+#include "common/sampler.wgsl"
+
+@group(0) @binding(18) var guide: Table<vec4u>;
 
 // Two vectors for each path that was of use, kept by chance: point and direction; light, wavelength, squared use without the warp, density of the warp.
 struct Uses {
@@ -33,7 +37,7 @@ fn guided_numbers() -> EmissionNumbers {
     var size_v = vec2f(1.0);
     guide_density = 1.0;
     use_of_path = 0u;
-    var node = fetch(guide, GUIDE_ROOT);
+    var node = load_guide(GUIDE_ROOT);
     while (node.x < GUIDE_AXES) {
         let is_axis = vec4u(node.x) == vec4u(0u, 1u, 2u, 3u);
         let is_choice = vec2u(node.x) == vec2u(4u, 5u);
@@ -49,7 +53,7 @@ fn guided_numbers() -> EmissionNumbers {
         low += select(vec4f(0.0), size, is_axis & vec4<bool>(goes_up));
         low_v += select(vec2f(0.0), size_v, is_choice & vec2<bool>(goes_up));
         guide_density *= 2.0 * select(lower, 1.0 - lower, goes_up);
-        node = fetch(guide, GUIDE_ROOT + node.y + select(0u, 1u, goes_up));
+        node = load_guide(GUIDE_ROOT + node.y + select(0u, 1u, goes_up));
     }
     let most = 0x1.fffffep-1;
     numbers = EmissionNumbers(min(low + size * u, vec4f(most)), min(low_v + size_v * v, vec2f(most)));
@@ -59,7 +63,7 @@ fn guided_numbers() -> EmissionNumbers {
 // A splat of this radiance (sum over the bins) into `pixel`: how much of what the pixel has it would be in a pass of one path for each pixel.
 fn note_use(pixel: vec2u, radiance: f32) {
     let block = pixel * GUIDE_BLOCKS / vec2u(params.image_width, params.image_height);
-    let of_splat = min(guide_density * radiance * bitcast<f32>(fetch(guide, block.y * GUIDE_BLOCKS + block.x).x), MOST_USE);
+    let of_splat = min(guide_density * radiance * bitcast<f32>(load_guide(block.y * GUIDE_BLOCKS + block.x).x), MOST_USE);
     let sum = use_of_path + u32(of_splat * of_splat / USE_UNIT + 0.5);
     use_of_path = select(sum, 0xffffffffu, sum < use_of_path);
 }

@@ -1,4 +1,24 @@
 // Choosing a light, sampling a point on it, and the pdf of having done so.
+#include "common/params.wgsl"
+#include "common/math.wgsl"
+#include "common/sampler.wgsl"
+#include "common/spectra.wgsl"
+#if LIGHT_GRID
+#include "light/grid.wgsl"
+#endif
+#if LIGHT_TEXTURES
+#include "geometry/texture.wgsl"
+#endif
+#if PRECISE_ANGLES
+#include "light/angles.wgsl"
+#endif
+#if LIGHT_PROFILE
+#include "light/profile.wgsl"
+#endif
+#if LIGHT_ENVIRONMENT
+#include "light/environment.wgsl"
+#endif
+@group(0) @binding(7) var lights: Table<Light>;
 
 struct LightSample {
     wi: vec3f, // towards the light, unit; zero if there is nothing to see
@@ -40,17 +60,13 @@ fn alias_entry(u: f32, count: u32) -> vec2f {
 fn choose_light(u: f32) -> u32 {
     let at = alias_entry(u, LIGHTS);
     let i = u32(at.x);
-    return select(light_at(i).alias_index, i, at.y < light_at(i).alias_threshold);
+    return select(load_Light(i).alias_index, i, at.y < load_Light(i).alias_threshold);
 }
 
 struct LightChoice {
     index: u32,
     probability: f32,
 }
-
-#if LIGHT_GRID
-#include "light/grid.wgsl"
-#endif
 
 // A light for the point `p`: one that has a place by what it could send there, another by its share.
 fn choose_light_for(p: vec3f, u: f32) -> LightChoice {
@@ -59,18 +75,18 @@ fn choose_light_for(p: vec3f, u: f32) -> LightChoice {
         var left = u - NEAR_SHARE;
         var chosen = NEAR_LIGHTS;
         for (var i = NEAR_LIGHTS; i + 1u < LIGHTS; i++) {
-            let share = light_at(i).probability;
+            let share = load_Light(i).probability;
             if (chosen == i && left >= share) {
                 left -= share;
                 chosen = i + 1u;
             }
         }
-        return LightChoice(chosen, light_at(chosen).probability);
+        return LightChoice(chosen, load_Light(chosen).probability);
     }
     return choose_near_light(p, u / NEAR_SHARE);
 #else
     let index = choose_light(u);
-    return LightChoice(index, light_at(index).probability);
+    return LightChoice(index, load_Light(index).probability);
 #endif
 }
 
@@ -95,7 +111,7 @@ fn sphere_one_minus_cos(radius: f32, distance_squared: f32) -> f32 {
 #if LIGHT_AREA
 // pdf per solid angle at `p` of hitting light `index` at distance `t` with the normal `n` against direction `d`.
 fn pdf_area_light(index: u32, p: vec3f, t: f32, d: vec3f, n: vec3f) -> f32 {
-    let light = light_at(index);
+    let light = load_Light(index);
     let probability = probability_of_choice(light, index, p);
 #if LIGHT_SPHERE
     if (light.kind == LIGHT_KIND_SPHERE) {
@@ -252,13 +268,6 @@ fn sample_area_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
 }
 #endif
 
-#if PRECISE_ANGLES
-#include "light/angles.wgsl"
-#endif
-#if LIGHT_PROFILE
-#include "light/profile.wgsl"
-#endif
-
 #if LIGHT_POINT
 // Intensity of a point, spot or profile along `d`, over its greatest.
 fn intensity_along(light: Light, d: vec3f) -> f32 {
@@ -271,16 +280,12 @@ fn intensity_along(light: Light, d: vec3f) -> f32 {
 }
 #endif
 
-#if LIGHT_ENVIRONMENT
-#include "light/environment.wgsl"
-#endif
-
 #if CAMERA_PATHS
 #if LIGHT_SAMPLES
 // Light incident at `p`, from one light of the scene.
 fn sample_light(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     let choice = choose_light_for(p, u_choice);
-    var light = light_at(choice.index);
+    var light = load_Light(choice.index);
     light.probability = choice.probability;
     var s = sample_light_of(light, p, u);
 #if CAUSTICS

@@ -1,4 +1,9 @@
-// Homogeneous spectral media: Beer-Lambert transmittance, free flight and the Henyey-Greenstein phase function.
+// Homogeneous spectral media: Beer-Lambert transmittance and free flight.
+#include "common/math.wgsl"
+#include "common/spectra.wgsl"
+#include "common/sampler.wgsl"
+#include "medium/interiors.wgsl"
+#include "path/state.wgsl"
 
 fn sigma_t(m: Interior, k: u32) -> vec4f {
     var s = vec4f(0.0);
@@ -18,7 +23,7 @@ fn has_medium(m: Interior) -> bool {
 #if CONNECT || LIGHT_PATHS
 // pending *= transmittance over `distance` in `interior`.
 fn attenuate_pending(interior: u32, distance: f32) {
-    let m = interior_at(interior);
+    let m = load_Interior(interior);
     if (has_medium(m)) {
         for (var k = 0u; k < LANES4; k++) {
             pending[k] *= exp(-distance * sigma_t(m, k));
@@ -27,32 +32,10 @@ fn attenuate_pending(interior: u32, distance: f32) {
 }
 #endif
 
-#if SCATTERING
-// Henyey-Greenstein phase function and also its pdf per solid angle; `cos_theta` between the directions of travel before and after.
-fn phase_hg(cos_theta: f32, g: f32) -> f32 {
-    // 1 + g^2 - 2 g cos, so that it keeps its digits (and its sign) where g is near 1 or -1.
-    let h = abs(g);
-    let d = (1.0 - h) * (1.0 - h) + 2.0 * h * max(1.0 - select(-cos_theta, cos_theta, g > 0.0), 0.0);
-    return 0.25 * INV_PI * (1.0 - h) * (1.0 + h) / (d * sqrt(d));
-}
-
-// Samples the phase function around the direction of travel `d`.
-fn sample_hg(d: vec3f, g: f32, u: vec2f) -> vec3f {
-    var cos_theta = 1.0 - 2.0 * u.x;
-    if (abs(g) > 1e-3) {
-        let s = (1.0 - g * g) / (1.0 + g - 2.0 * g * u.x);
-        cos_theta = clamp((1.0 + g * g - s * s) / (2.0 * g), -1.0, 1.0);
-    }
-    let sin_theta = sqrt(max(0.0, 1.0 - cos_theta * cos_theta));
-    let phi = 2.0 * PI * u.y;
-    return normalize(frame_around(d) * vec3f(sin_theta * cos(phi), sin_theta * sin(phi), cos_theta));
-}
-#endif
-
 // Free flight over at most `t_max`: multiplies beta by transmittance over the mixture pdf of its wavelengths (one-sample MIS over
 // wavelengths, Wilkie et al., "Hero wavelength spectral sampling", EGSR 2014). Returns the distance of a scattering event, or a negative number.
-fn fly(interior: u32, t_max: f32) -> f32 {
-    let m = interior_at(interior);
+fn sample_free_flight(interior: u32, t_max: f32) -> f32 {
+    let m = load_Interior(interior);
     if (!has_medium(m)) {
         return -1.0;
     }

@@ -1,4 +1,24 @@
 // The sensor seen from the scene: connections of light paths to a camera, or their crossings of an irradiance sensor, and splats into the film.
+#include "common/params.wgsl"
+#include "common/math.wgsl"
+#include "common/sampler.wgsl"
+#include "common/spectra.wgsl"
+#include "common/counters.wgsl"
+#if LIGHTS_PRESENT
+#include "light/lights.wgsl"
+#endif
+#if GUIDED
+#include "light/guide.wgsl"
+#endif
+#include "path/state.wgsl"
+#include "path/mis.wgsl"
+#if CAUSTICS
+#include "sensor/density.wgsl"
+#endif
+@group(0) @binding(13) var<storage, read_write> splats: array<atomic<u32>>;
+#if MANY_BINS
+@group(0) @binding(12) var<storage, read> lane_bins: array<u32>;
+#endif
 
 var<private> splat_pixel: vec2u;
 
@@ -43,8 +63,8 @@ fn splat(lane: u32) {
         atomicAdd(&counters[COUNTER_NOT_FINITE], 1u);
         return;
     }
-    // 2^62 quanta in one splat cannot be held: counted, not wrapped.
-    if (quanta > 0x1p+62) {
+    // 2^62 quanta in one splat cannot be held, nor sums of larger samples: counted, not wrapped.
+    if (quanta > 0x1p+62 || sum4(total) > LARGEST_SAMPLE) {
         atomicAdd(&counters[COUNTER_SATURATED], 1u);
         return;
     }

@@ -1,3 +1,6 @@
+#include "common/params.wgsl"
+#include "common/math.wgsl"
+
 #if SENSOR_CAMERA
 // Density per area of a pixel's camera paths at their first vertex, over the cosine there; `d` is the unit direction between it and the lens, the
 // distance squared is `d2`.

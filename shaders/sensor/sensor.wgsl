@@ -1,4 +1,8 @@
 // The ray along which a sample measures, and its weight. Rows of the image run downwards.
+#include "common/params.wgsl"
+#include "common/math.wgsl"
+#include "common/sampler.wgsl"
+#include "geometry/trace.wgsl"
 
 #if FILTER_GAUSSIAN
 // Giles, "Approximating the erfinv function", GPU Computing Gems Jade, 2011, single precision.

@@ -2,11 +2,10 @@
 
 use super::print::out;
 use super::{Done, Outcome, values};
+use crate::cli::plot::{Axis, Curve, Plot};
 use crate::color::cie::VISIBLE_NM;
-use crate::error::{Error, Result};
-use crate::output::plot::{Axis, Curve, Plot};
+use crate::error::{Error, Result, quoted, suggest};
 use crate::output::{check_writable, write_text};
-use crate::scene::{quoted, suggest};
 use crate::spectrum::library::{glass, glass_head, glass_names};
 use crate::spectrum::{Ior, LINE_C_NM, LINE_D_NM, LINE_F_NM};
 use serde_json::{Value, json};

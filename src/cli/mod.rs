@@ -14,7 +14,9 @@ mod glass;
 mod info;
 mod interrupt;
 mod load;
+mod logger;
 mod new;
+pub mod plot;
 mod print;
 mod probe;
 mod progress;
@@ -24,6 +26,7 @@ mod validate;
 mod values;
 
 use crate::error::{Error, Result};
+use crate::memory;
 use clap::{Parser, Subcommand};
 use print::out;
 use std::process::ExitCode;
@@ -92,10 +95,12 @@ enum Command {
 
 /// Runs the command line of this process and returns its exit code.
 pub fn main() -> ExitCode {
+    memory::at_limit(end_for_memory);
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(e) => return usage(&e),
     };
+    logger::install();
     let done = interrupt::install().and_then(|()| match cli.command {
         Command::Render(args) => render::run(&args),
         Command::Develop(args) => develop::run(&args),
@@ -122,7 +127,7 @@ pub fn main() -> ExitCode {
 }
 
 /// Ends the process, which would need more memory than `--max-memory` allows.
-pub(crate) fn end_for_memory(most: u64) -> ! {
+fn end_for_memory(most: u64) -> ! {
     let allowed = print::bytes(most);
     print::error(&format!(
         "the scene needs more memory than the {allowed} of --max-memory; allow more, or render a smaller scene or film"

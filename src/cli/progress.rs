@@ -156,7 +156,7 @@ impl Drop for Log {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::BatchStats;
+    use crate::stats::BatchStats;
     use std::sync::mpsc::Receiver;
 
     fn next(lines: &Receiver<String>) -> String {

@@ -5,7 +5,7 @@ use super::print::{duration, note, out, percent, si};
 use super::progress::{Bar, Log, Stages};
 use super::{Done, Outcome, device, interrupt, values};
 use crate::color::cie::{is_visible, lacks_for_colour};
-use crate::color::picture::{AUTO_SHARE, Development, auto_exposure};
+use crate::develop::picture::{AUTO_SHARE, Development, auto_exposure};
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::first_hits::albedos;
@@ -13,9 +13,10 @@ use crate::memory;
 use crate::output::exr::Aovs;
 use crate::output::picture::Precision;
 use crate::output::{Provenance, check_writable, write_exr, write_picture};
-use crate::render::{BatchStats, Ended, Stop, Summary, render};
+use crate::render::{Ended, Stop, Summary, render};
 use crate::scene::{Scene, Sensor, inside_out};
 use crate::spectrum::library::Observer;
+use crate::stats::BatchStats;
 use serde_json::{Value, json};
 use std::io::{IsTerminal, stderr};
 use std::ops::ControlFlow;
@@ -269,7 +270,7 @@ impl Report<'_> {
             p.stats.unfinished,
             self.scene.max_depth,
             p.stats.truncated,
-            p.stats.paths
+            p.stats.paths + p.stats.light_paths
         ));
         if let Some((watts, lumens)) = self.flux() {
             lines.push(format!("total flux {watts:.6e} W, {lumens:.6e} lm"));
@@ -301,6 +302,7 @@ impl Report<'_> {
             "setup_seconds": self.setup.as_secs_f64(),
             "seconds": p.elapsed.as_secs_f64(),
             "paths": p.stats.paths,
+            "light_paths": p.stats.light_paths,
             "rays": p.stats.rays,
             "rays_per_second": p.rays_per_second,
             "relative_error": p.relative_error.is_finite().then_some(p.relative_error),

@@ -2,9 +2,9 @@
 
 use super::print::out;
 use super::{Done, Outcome, device, interrupt};
-use crate::error::{Error, Result};
-use crate::render::{BatchStats, Renderer};
-use crate::scene::suggest;
+use crate::error::{Error, Result, suggest};
+use crate::render::Renderer;
+use crate::stats::BatchStats;
 use crate::validate::{self, Case, FAMILY, Verdict, all};
 use serde_json::{Value, json};
 

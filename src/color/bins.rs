@@ -6,7 +6,7 @@
 //! the system for the other F is positive definite and has seven diagonals. f depends linearly on the bin values, hence XYZ too.
 
 use super::cie::{self, K_M};
-use crate::scene::Bins;
+use crate::spectrum::Bins;
 use crate::spectrum::Spectrum;
 use crate::spectrum::library::{self, Observer};
 use rayon::prelude::*;

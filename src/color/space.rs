@@ -3,7 +3,6 @@
 use super::adapt::{self, Method};
 use super::cie::xyz_of_xy;
 use super::convert::{Matrix, multiply, primaries_to_xyz, regular_inverse};
-use super::gpu::wgsl;
 
 /// Chromaticity of D65 as the standards of the three display spaces round it.
 pub const D65: [f64; 2] = [0.3127, 0.3290];
@@ -89,17 +88,6 @@ impl Transfer {
         let straight = self.slope * a;
         let e = if straight < self.from { straight } else { self.alpha * a.powf(1.0 / self.gamma) - (self.alpha - 1.0) };
         e.copysign(v)
-    }
-
-    /// Names and values of the numbers of [`Transfer::encode`] for the same on a GPU.
-    pub(super) fn wgsl(&self) -> String {
-        [
-            wgsl::number("TRANSFER_EXPONENT", 1.0 / self.gamma),
-            wgsl::number("TRANSFER_ALPHA", self.alpha),
-            wgsl::number("TRANSFER_SLOPE", self.slope),
-            wgsl::number("TRANSFER_FROM", self.from),
-        ]
-        .concat()
     }
 
     /// Decodes a component, the inverse of [`Transfer::encode`].

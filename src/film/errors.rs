@@ -4,9 +4,9 @@
 //! a bright path that is then taken for the pixel's brightness. So a pixel's error is shrunk towards that of the block of 2 x 2 pixels around it, the
 //! block's towards that of the block of 4 x 4, and so on up to the whole film. Batches that find light are taken for a Poisson process, whose
 //! rate around is known as q. Jeffreys' prior is worth half such an event, that is `m = 1 / 2q` batches of the surroundings:
-//!
-//!     v = (N v_own + m v_around) / (N + m),    q = (c + 1/2) / (N + m)
-//!
+//! ```text
+//! v = (N v_own + m v_around) / (N + m),    q = (c + 1/2) / (N + m)
+//! ```
 //! with N batches of all pixels of the block together, c of which found light; likewise the mean that errors are relative to. Of `n` batches with mean
 //! `x` and standard deviation `s`, `n x^2 / (x^2 + s^2)` count as having found it: `n` where all are alike, 1 where one alone is not zero. With 16
 //! batches that all found light, a pixel takes 3 % from its surroundings. Over the film the sum of `v` stays about what it was, that is, unbiased.
@@ -15,6 +15,9 @@ use super::Film;
 
 /// Sums over the pixels of a block, `N` times: 1, events per batch, mean, variance of the mean.
 type Sums = [f32; 4];
+
+/// 2^26 pixels of it have a sum in single precision.
+const LARGEST: f64 = 1e30;
 
 /// Weight of the surroundings, in batches, and what they have: mean and variance.
 #[derive(Debug, Clone, Copy)]
@@ -92,7 +95,8 @@ impl<'a> Errors<'a> {
         let variance = self.film.variance(pixel, self.channel);
         let square = mean * mean + variance * (n - 1.0);
         let events = if square > 0.0 { n * (mean * mean / square) } else { 0.0 };
-        [n, events, n * mean, n * variance].map(|v| v as f32)
+        // Sums over all pixels of a film stay finite.
+        [n, events, n * mean, n * variance].map(|v| v.min(LARGEST) as f32)
     }
 }
 

@@ -3,8 +3,8 @@
 
 use crate::bsdf::fresnel;
 use crate::color::convert::xyz_of_linear_srgb;
+use crate::color::upsample::color_of_reflectance;
 use crate::scene::{Material, Scene};
-use crate::spectrum::upsample::color_of_reflectance;
 
 /// Sums over samples of one pixel: normal (world space, of length 1, on the side that is seen), distance along the ray in m, albedo, and the number
 /// of samples that met a surface.

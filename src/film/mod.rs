@@ -133,7 +133,8 @@ impl Film {
         for (((mean, deviation), sum), whole) in mean.iter_mut().zip(deviation).zip(sums).zip(&mut self.whole.sums) {
             let x = sum / w;
             *whole += x;
-            *deviation += update(mean, x, w, share) as f32;
+            // Finite, whatever the film holds: a square beyond single precision stays at its greatest.
+            *deviation = (*deviation + update(mean, x, w, share) as f32).min(f32::MAX);
         }
         self.whole.pixels += 1;
         if self.whole.pixels == self.weight.len() {

@@ -1,8 +1,14 @@
-//! Measures of shapes, and the acceleration structure over their primitives.
+//! The kinds of geometry, their measures, the hierarchy that the GPU traces ([`bvh`]), and rays against geometry in double precision ([`world`]).
 
 pub mod bvh;
+mod instance;
+mod intersect;
+mod types;
+pub mod world;
 
-use crate::scene::{Geometry, Mesh, Shape};
+pub use instance::{Instance, transformed};
+pub use types::{Geometry, Mesh};
+
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -62,11 +68,6 @@ pub fn bounds_of_mesh(mesh: &Mesh) -> Bounds {
 /// Half extents of the box around a disc: radius times the sine of the angle between normal and axis.
 fn disc_half_extent(normal: DVec3, radius: f64) -> DVec3 {
     (DVec3::ONE - normal * normal).max(DVec3::ZERO).map(f64::sqrt) * radius
-}
-
-/// Bounding box of all shapes.
-pub fn bounds_of_all(shapes: &[Shape]) -> Bounds {
-    shapes.iter().fold(Bounds::EMPTY, |b, s| b.union(bounds(&s.geometry)))
 }
 
 /// Corners of triangle `t`.

@@ -313,14 +313,17 @@ impl Gpu {
         size: u64,
         visit: &mut dyn FnMut(&[T]),
     ) -> Result<()> {
+        // Parts are whole values, of lengths that copies can have: multiples of 4 bytes.
+        let value = 4 * size_of::<T>() as u64;
+        let part = (READ_BYTES / value).max(1) * value;
         let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("read back"),
-            size: size.min(READ_BYTES),
+            size: size.min(part),
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        for first in (0..size).step_by(READ_BYTES as usize) {
-            let count = READ_BYTES.min(size - first);
+        for first in (0..size).step_by(part as usize) {
+            let count = part.min(size - first);
             let mut encoder = self.device.create_command_encoder(&Default::default());
             encoder.copy_buffer_to_buffer(buffer, first, &staging, 0, count);
             self.queue.submit([encoder.finish()]);

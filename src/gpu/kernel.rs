@@ -8,8 +8,7 @@ use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
 /// WGSL of the kernel of root file `root`; `constants` and `features` are the plan's and the scene's. An error says where in `shaders/`
 /// something is amiss.
 pub fn kernel_source(root: &str, constants: &str, features: &BTreeMap<&str, bool>) -> std::result::Result<String, String> {
-    let prelude = format!("{}{}{}{constants}", layout::WGSL_CONSTANTS, layout::WGSL_RECORDS, layout::wgsl_loaders());
-    shader::assemble(root, &prelude, features)
+    shader::assemble(root, &(layout::wgsl_prelude() + constants), features)
 }
 
 fn defect(name: &str, problem: &str) -> Error {

@@ -99,6 +99,8 @@ shared_constants! {
     MATERIAL_KIND_BRUSHED_CONDUCTOR = 11;
     /// `a`: row of its colour; `b`: the material under it; `table`.
     MATERIAL_KIND_SHEEN = 12;
+    /// No surface but a medium, whose phase function `alpha` is the asymmetry of; `a`: row of its scattering coefficient.
+    MATERIAL_KIND_MEDIUM = 13;
     /// Kinds of lights. `p0`, `p1`, `p2`: vertices; `p0.w`: the picture that it shows, or NO_INDEX.
     LIGHT_KIND_TRIANGLE = 0;
     /// `p0`: centre; `p2.x`: radius.
@@ -147,6 +149,16 @@ shared_constants! {
     COUNTER_ENDED = 10;
     /// The last of these counts all longer ones, too.
     COUNTED_DEPTHS = 16;
+    /// The first rows of `spectra`: the film's weights for its bins, X, Y and Z, ...
+    ROW_BIN = 0;
+    /// ... X, ...
+    ROW_X = 1;
+    /// ... Y ...
+    ROW_Y = 2;
+    /// ... and Z; ...
+    ROW_Z = 3;
+    /// ... the probability of each wavelength sample to be the one that camera paths keep.
+    ROW_COLLAPSE = 4;
     /// Quanta of X, Y, Z are this much larger than those of bins, as their values are.
     XYZ_RATIO = 13660;
 }
@@ -183,7 +195,7 @@ shared_records! {
         seed: u32,
         /// Greatest number of scattering events.
         max_depth: u32,
-        /// vec4s of one pass in `spectra`: its rows, lanes for parted wavelengths, their weights, and (radius, radius per metre) of gathering.
+        /// Texels of one pass in `spectra`: its head, and its rows.
         spectra_stride: u32,
         /// Radius of a tent, standard deviation of a Gaussian; pixels.
         filter_radius: f32,
@@ -203,8 +215,8 @@ shared_records! {
         guide_room: u32,
         /// Units of 64 light paths that a workgroup takes one after the other.
         light_units: u32,
-        /// Units of camera paths in these passes.
-        units: u32,
+        /// Texel of the table of work items at which their groups begin.
+        first_work_group: u32,
         /// Eye, corner or centre, relative to the scene's origin.
         origin: Vec4,
         /// Right, or edge u.
@@ -221,6 +233,142 @@ shared_records! {
         dual_u: Vec4,
         /// Likewise along its edge v.
         dual_v: Vec4,
+    }
+
+    /// What stands before the rows of a pass in `spectra`.
+    struct PassHead {
+        /// Wavelength samples that camera paths may keep at a dispersive refraction.
+        collapse: UVec4,
+        /// 1 / (4 probability) of each.
+        collapse_weights: Vec4,
+        /// Radius of merging, m, for a camera path of no length ...
+        merge_radius: f32,
+        /// ... and what is added to it per metre of the path.
+        merge_radius_per_metre: f32,
+        /// Unused.
+        pad_0: u32,
+        /// Unused.
+        pad_1: u32,
+    }
+
+    /// Some samples of a block of 8 x 8 pixels, in passes in a row.
+    struct WorkItem {
+        /// Samples of a pixel in all items before.
+        place: u32,
+        /// Number of the first sample within the batch.
+        index: u32,
+        /// How many samples.
+        count: u32,
+        /// Pass of the first one, within the table of spectra.
+        pass_index: u32,
+        /// What a sample of the block counts, as there are more passes than samples of it or fewer.
+        weight: f32,
+        /// Number of the block, row by row in the tile.
+        block: u32,
+        /// Unused.
+        pad_0: u32,
+        /// Unused.
+        pad_1: u32,
+    }
+
+    /// Work items that an invocation has a pixel of.
+    struct WorkGroup {
+        /// First item.
+        first: u32,
+        /// End of the items.
+        end: u32,
+        /// Samples of a pixel in all groups before.
+        place: u32,
+        /// And in this one.
+        samples: u32,
+    }
+
+    /// Where a visible point is, and the next one of its cell.
+    struct PointLink {
+        /// Position.
+        x: f32,
+        /// Position.
+        y: f32,
+        /// Position.
+        z: f32,
+        /// Number of the next point plus one, or 0.
+        next: u32,
+    }
+
+    /// What light paths need to know of a visible point; its throughput for each wavelength sample follows.
+    struct VisiblePoint {
+        /// Shading normal, in fog the direction of the ray; `w`: radius of merging, m.
+        normal: Vec4,
+        /// Number of the pixel.
+        pixel: u32,
+        /// Bits 0-7: pass; 8-15: the one wavelength sample of its path, else 255; 16-30: depth of the path; 31: in fog.
+        about: u32,
+        /// In fog the asymmetry of its phase function (as a float); on a surface the coat there plus one.
+        medium_or_coat: u32,
+        /// Density of its connection to the sensor.
+        connection: f32,
+    }
+
+    /// Of a visible point under sheen.
+    struct PointSheen {
+        /// The sheen, or NO_INDEX.
+        sheen: u32,
+        /// What it let in.
+        entered: f32,
+        /// Unused.
+        pad_0: u32,
+        /// Unused.
+        pad_1: u32,
+    }
+
+    /// The head of a lamp's profile. Edges of rings follow, one more than rings, edges of sectors likewise, and cells ring by ring.
+    struct Profile {
+        /// Intervals of the polar angle.
+        rings: u32,
+        /// Intervals of the azimuth.
+        sectors: u32,
+        /// Unused.
+        pad_0: u32,
+        /// Unused.
+        pad_1: u32,
+    }
+
+    /// An edge between rings of a profile.
+    struct ProfileRing {
+        /// Polar angle, rad.
+        theta: f32,
+        /// 1 - cos(theta).
+        one_minus_cos: f32,
+        /// Share of the flux before it.
+        share: f32,
+        /// Unused.
+        pad_0: u32,
+    }
+
+    /// An edge between sectors of a profile.
+    struct ProfileSector {
+        /// Azimuth, rad.
+        phi: f32,
+        /// Unused.
+        pad_0: u32,
+        /// Unused.
+        pad_1: u32,
+        /// Unused.
+        pad_2: u32,
+    }
+
+    /// A cell of a profile; within it directions are sampled evenly.
+    struct ProfileCell {
+        /// Relative intensities of its corners, the polar angle running faster.
+        corners: Vec4,
+        /// Share of its ring's flux before it.
+        share_from: f32,
+        /// And up to its end.
+        share_to: f32,
+        /// Pdf of its directions, sr^-1.
+        pdf: f32,
+        /// Unused.
+        pad_0: u32,
     }
 
     /// A material.
@@ -343,32 +491,81 @@ shared_records! {
 /// Texels to a row of a table.
 pub const TABLE_WIDTH: u32 = 4096;
 
-/// WGSL for tables: a texel is read by `fetch(table, index)` and written by `textureStore(table, texel(index), ...)`, a record is read by
-/// `load_NAME(table, index)`.
-pub fn wgsl_loaders() -> String {
-    let mut out = format!(
-        "alias Table = texture_storage_2d<rgba32uint, read>;\n\
-         alias WritableTable = texture_storage_2d<rgba32uint, write>;\n\
-         fn texel(i: u32) -> vec2u {{\n    return vec2u(i % {TABLE_WIDTH}u, i / {TABLE_WIDTH}u);\n}}\n\
-         fn fetch(t: Table, i: u32) -> vec4u {{\n    return textureLoad(t, texel(i));\n}}\n"
-    );
-    for ((name, fields), (_, size, offsets)) in FIELDS.iter().zip(record_layouts()) {
-        let texels = size / 16;
-        out += &format!("fn load_{name}(t: Table, i: u32) -> {name} {{\n    var r: {name};\n");
-        for n in 0..texels {
-            out += &format!("    let t{n} = fetch(t, i * {texels}u + {n}u);\n");
+/// Texels of a record `T` in a table.
+pub const fn texels<T>() -> u32 {
+    size_of::<T>() as u32 / 16
+}
+
+/// WGSL that stands before every kernel: shared numbers, records and their sizes, and where a texel of a table is.
+pub fn wgsl_prelude() -> String {
+    let sizes = record_layouts().into_iter().map(|(name, size, _)| format!("const TEXELS_OF_{name} = {}u;\n", size / 16));
+    let texel = format!("fn texel(i: u32) -> vec2u {{\n    return vec2u(i % {TABLE_WIDTH}u, i / {TABLE_WIDTH}u);\n}}\n");
+    [WGSL_CONSTANTS, WGSL_RECORDS, &sizes.collect::<String>(), &texel].concat()
+}
+
+/// WGSL of a table `name`, which `kinds` are in (records, or `vec4f` or `vec4u` for single texels): what follows `: ` in its declaration, and its
+/// accessors. They name the table itself: naga's Metal writer knows no storage textures as parameters of functions. A texel `i` is read by
+/// `load_NAME(i)`, record `i` of a table of such by `load_RECORD(i)`, one whose first texel is `i` by `load_RECORD_at(i)`; `store_...` writes likewise.
+///
+/// # Errors
+/// Names what is neither.
+pub fn wgsl_table(name: &str, kinds: &str, writable: bool) -> Result<String, String> {
+    let access = if writable { "write" } else { "read" };
+    let mut out = format!("texture_storage_2d<rgba32uint, {access}>;\n");
+    for kind in kinds.split(',').map(str::trim) {
+        out += &match (kind, writable) {
+            ("vec4u", false) => format!("fn load_{name}(i: u32) -> vec4u {{\n    return textureLoad({name}, texel(i));\n}}\n"),
+            ("vec4f", false) => {
+                format!("fn load_{name}(i: u32) -> vec4f {{\n    return bitcast<vec4f>(textureLoad({name}, texel(i)));\n}}\n")
+            }
+            ("vec4u", true) => format!("fn store_{name}(i: u32, v: vec4u) {{\n    textureStore({name}, texel(i), v);\n}}\n"),
+            ("vec4f", true) => {
+                format!("fn store_{name}(i: u32, v: vec4f) {{\n    textureStore({name}, texel(i), bitcast<vec4u>(v));\n}}\n")
+            }
+            (record, _) => wgsl_accessors(name, record, writable)?,
+        };
+    }
+    Ok(out)
+}
+
+/// WGSL that reads or writes records of one kind in a table.
+fn wgsl_accessors(table: &str, record: &str, writable: bool) -> Result<String, String> {
+    let unknown = || format!("the table {table} has neither texels nor a record of the kind {record}");
+    let layouts = record_layouts();
+    let (fields, (_, size, offsets)) =
+        FIELDS.iter().zip(&layouts).find(|((name, _), _)| *name == record).map(|((_, f), l)| (f, l)).ok_or_else(unknown)?;
+    let texels = size / 16;
+    let mut parts: Vec<Vec<(&str, &str)>> = vec![Vec::new(); texels];
+    fields.iter().zip(offsets).for_each(|((field, kind), (_, offset))| parts[offset / 16].push((field, kind)));
+    let mut out = String::new();
+    if writable {
+        out += &format!("fn store_{record}_at(i: u32, r: {record}) {{\n");
+        for (n, part) in parts.iter().enumerate() {
+            let words: Vec<String> = part
+                .iter()
+                .map(|(field, kind)| match *kind {
+                    "vec4u" | "u32" => format!("r.{field}"),
+                    "vec4f" => format!("bitcast<vec4u>(r.{field})"),
+                    _ => format!("bitcast<u32>(r.{field})"),
+                })
+                .collect();
+            out += &format!("    textureStore({table}, texel(i + {n}u), vec4u({}));\n", words.join(", "));
         }
-        for ((field, kind), (_, offset)) in fields.iter().zip(offsets) {
-            let texel = format!("t{}", offset / 16);
-            let component = ["x", "y", "z", "w"][offset % 16 / 4];
+        return Ok(out + "}\n");
+    }
+    out += &format!("fn load_{record}_at(i: u32) -> {record} {{\n    var r: {record};\n");
+    for (n, part) in parts.iter().enumerate() {
+        out += &format!("    let t{n} = textureLoad({table}, texel(i + {n}u));\n");
+        for ((field, kind), component) in part.iter().zip(["x", "y", "z", "w"]) {
             out += &match *kind {
-                "u32" => format!("    r.{field} = {texel}.{component};\n"),
-                "f32" => format!("    r.{field} = bitcast<f32>({texel}.{component});\n"),
-                "vec4f" => format!("    r.{field} = bitcast<vec4f>({texel});\n"),
-                _ => format!("    r.{field} = {texel};\n"),
+                "u32" => format!("    r.{field} = t{n}.{component};\n"),
+                "f32" => format!("    r.{field} = bitcast<f32>(t{n}.{component});\n"),
+                "vec4f" => format!("    r.{field} = bitcast<vec4f>(t{n});\n"),
+                _ => format!("    r.{field} = t{n};\n"),
             };
         }
-        out += "    return r;\n}\n";
     }
-    out
+    out +=
+        &format!("    return r;\n}}\nfn load_{record}(i: u32) -> {record} {{\n    return load_{record}_at({texels}u * i);\n}}\n");
+    Ok(out)
 }

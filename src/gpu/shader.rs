@@ -1,7 +1,10 @@
 //! Assembles a kernel's WGSL from `shaders/`: `#include "path"` (each file once), `#if A || B`, `#if !A`, `#elif`, `#else`, `#endif` over
-//! features that the plan switches. An unknown name is an error, so that a typo cannot switch a feature off.
+//! features that the plan switches. An unknown name is an error, so that a typo cannot switch a feature off. Tables are declared as
+//! `@group(0) @binding(N) var NAME: Table<KIND>;` (or `WritableTable`), see [`layout::wgsl_table`].
 
+use super::layout;
 use include_dir::{Dir, include_dir};
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
 
 static SHADERS: Dir = include_dir!("$CARGO_MANIFEST_DIR/shaders");
@@ -55,11 +58,22 @@ fn include(path: &str, features: &BTreeMap<&str, bool>, seen: &mut HashSet<Strin
         } else if directive.starts_with('#') {
             return Err(at("unknown directive"));
         } else if active {
-            out.push_str(line);
+            out.push_str(&declaration(line).map_err(|e| at(&e))?);
             out.push('\n');
         }
     }
     if branches.is_empty() { Ok(()) } else { Err(format!("shaders/{path}: #if without #endif")) }
+}
+
+/// A line of WGSL, of a table its declaration and accessors.
+pub fn declaration(line: &str) -> Result<Cow<'_, str>, String> {
+    let parts = line.split_once(" var ").and_then(|(binding, rest)| Some((binding, rest.split_once(": ")?)));
+    let Some((binding, (name, kind))) = parts else { return Ok(line.into()) };
+    let writable = kind.starts_with("WritableTable<");
+    match kind.trim_start_matches("Writable").strip_prefix("Table<").and_then(|kinds| kinds.split_once(">;")) {
+        Some((kinds, _)) => Ok(format!("{binding} var {name}: {}", layout::wgsl_table(name, kinds, writable)?).into()),
+        None => Ok(line.into()),
+    }
 }
 
 fn evaluate(condition: &str, features: &BTreeMap<&str, bool>) -> Result<bool, String> {
@@ -71,6 +85,25 @@ fn evaluate(condition: &str, features: &BTreeMap<&str, bool>) -> Result<bool, St
         any |= value != &negated;
     }
     Ok(any)
+}
+
+/// Features that files of `shaders/` ask for, whether anything includes them or not, each with a place where.
+pub fn features_asked_for() -> BTreeMap<&'static str, String> {
+    fn files<'a>(dir: &'a Dir<'a>) -> Vec<&'a include_dir::File<'a>> {
+        dir.dirs().flat_map(files).chain(dir.files()).collect()
+    }
+    let mut asked = BTreeMap::new();
+    for file in files(&SHADERS) {
+        for (number, line) in file.contents_utf8().unwrap_or_default().lines().enumerate() {
+            let line = line.trim_start();
+            let condition = line.strip_prefix("#if ").or_else(|| line.strip_prefix("#elif "));
+            for term in condition.into_iter().flat_map(|c| c.split("||")) {
+                let place = || format!("shaders/{}:{}", file.path().display(), number + 1);
+                asked.entry(term.trim().trim_start_matches('!')).or_insert_with(place);
+            }
+        }
+    }
+    asked
 }
 
 #[cfg(test)]

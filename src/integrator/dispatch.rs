@@ -6,7 +6,8 @@ use crate::gpu::layout::{
     COUNTER_RAYS, COUNTER_SATURATED, COUNTER_TRUNCATED, COUNTER_UNFINISHED, COUNTERS, Params,
 };
 use crate::gpu::{Gpu, Kernel, Resource, Timer};
-use crate::render::{BatchStats, Counts, Halt};
+use crate::render::Halt;
+use crate::stats::{BatchStats, Counts};
 use std::time::{Duration, Instant};
 
 /// How long a dispatch should take: well below the watchdogs of desktop drivers.

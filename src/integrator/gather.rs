@@ -1,9 +1,11 @@
-//! Gathering light paths at the visible points of camera paths: how wide, and the buffers for it (visible_points.wgsl).
+//! Gathering light paths at the visible points of camera paths: how wide, and the buffers for it (shaders/path/merge.wgsl).
 
-use super::Plan;
+use super::{Feature, Plan};
 use crate::error::Result;
-use crate::geometry::bounds_of_all;
-use crate::gpu::{Gpu, Resource, targets};
+use crate::gpu::layout::{PointLink, PointSheen, VisiblePoint, texels};
+use crate::gpu::scene::targets;
+use crate::gpu::{Gpu, Resource};
+use crate::scene::bounds_of_all;
 use crate::scene::{Scene, Sensor};
 
 /// Bytes for the visible points that light paths are gathered at.
@@ -64,9 +66,10 @@ impl Gather {
     }
 }
 
-/// Bytes of a point: three vectors, one more where there is sheen, and its throughput.
+/// Bytes of a point, its throughput included.
 pub(super) fn point_bytes(plan: &Plan) -> u64 {
-    u64::from(3 + u32::from(plan.has("SHEEN")) + plan.lanes.div_ceil(4)) * 16
+    let sheen = if plan.has(Feature::Sheen) { texels::<PointSheen>() } else { 0 };
+    u64::from(texels::<PointLink>() + texels::<VisiblePoint>() + sheen + plan.lanes.div_ceil(4)) * 16
 }
 
 /// Camera paths longer than this are gathered within the radius of this length: cells fit the largest radius, so that it should not be much larger than

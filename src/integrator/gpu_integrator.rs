@@ -9,19 +9,22 @@ use super::params::params;
 use super::probe::probed;
 use super::sample_counts::{ROUND, SampleCounts, Window, splitmix};
 use super::tile_sums::Parts;
-use super::{Features, Plan, Techniques, Wavelengths, first_hits};
+use super::{Feature, Features, Plan, Techniques, Wavelengths, first_hits};
 use crate::color::cie::K_M;
 use crate::error::Result;
 use crate::film::first_hits::{Albedo, FirstHits};
 use crate::film::{Film, Tile};
-use crate::geometry::bounds_of_all;
-use crate::gpu::layout::{COUNTERS, Params, XYZ_RATIO};
-use crate::gpu::{AdapterInfo, Gpu, GpuScene, Kernel, Resource, Timer};
-use crate::render::{BatchStats, Halt, Integrator, Renderer};
+use crate::gpu::layout::{COUNTERS, Params, PassHead, WorkItem, XYZ_RATIO, texels};
+use crate::gpu::scene::GpuScene;
+use crate::gpu::{AdapterInfo, Gpu, Kernel, Resource, Timer};
+use crate::render::{Halt, Integrator, Renderer};
+use crate::scene::bounds_of_all;
 use crate::scene::{Bins, Scene};
 use crate::spectrum::library::{Observer, observer};
 use crate::stage::{self, Stage};
-use glam::Vec4;
+use crate::stats::BatchStats;
+use bytemuck::cast_slice;
+use glam::{UVec4, Vec4};
 
 /// Most passes of one dispatch.
 const PASSES_PER_DISPATCH: u32 = 16;
@@ -113,18 +116,19 @@ impl GpuIntegrator {
             gpu_scene.origin,
             gpu_scene.power,
             gather::reach(scene),
-            (gpu_scene.rows.len() as u32 + 1) * plan.lanes.div_ceil(4) + 3,
+            texels::<PassHead>() + gpu_scene.rows.len() as u32 * plan.lanes.div_ceil(4),
         )?;
         let largest = |p: &Params| tiles(&gpu, &plan, p.image_width, p.image_height)[0];
         let blocks = [params, probed(&params)].iter().map(|p| blocks(largest(p))).max().unwrap_or(1);
         let passes = (EVENTS_OF_INVOCATION / scene.max_depth.max(1)).clamp(1, PASSES_PER_DISPATCH);
-        let gather = if plan.has("GATHERED") { Some(Gather::new(&gpu, &plan, scene, blocks, passes)?) } else { None };
+        let gather = if plan.has(Feature::Gathered) { Some(Gather::new(&gpu, &plan, scene, blocks, passes)?) } else { None };
         let (heads, points) = gather.as_ref().map_or((0, 0), |g| (g.cells, g.slots));
         let constants =
             plan.constants() + &gpu_scene.constants + &format!("const HEADS = {heads}u;\nconst POINTS = {points}u;\n");
         let limit = gpu.device.limits().max_compute_workgroups_per_dimension;
-        let pass = |roots: &[&str], features: &Features, limit: u32, first_time: usize| -> Result<Pass> {
-            let kernels = roots.iter().map(|root| Kernel::new(&gpu, root, &constants, features)).collect::<Result<_>>()?;
+        let pass = |roots: &[&str], features: Features, limit: u32, first_time: usize| -> Result<Pass> {
+            let kernels =
+                roots.iter().map(|root| Kernel::new(&gpu, root, &constants, &features.switches())).collect::<Result<_>>()?;
             Ok(Pass { kernels, limit, first_time, groups: 16 })
         };
         let texels = 64 * u64::from(plan.lanes.div_ceil(4));
@@ -134,8 +138,8 @@ impl GpuIntegrator {
         let values = 64 * u64::from(blocks) * u64::from(plan.bins + 3);
         let film = gpu.empty_storage("film", 4 * values)?;
         let splats = plan.light.as_ref().map(|_| gpu.empty_storage("splats", 8 * values)).transpose()?;
-        let camera = pass(&["camera_paths.wgsl", "update_film.wgsl"], &plan.camera, limit, 0)?;
-        let light = plan.light.as_ref().map(|f| pass(&["light_paths.wgsl"], f, limit, 2)).transpose()?;
+        let camera = pass(&["camera_paths.wgsl", "update_film.wgsl"], plan.camera, limit, 0)?;
+        let light = plan.light.map(|f| pass(&["light_paths.wgsl"], f, limit, 2)).transpose()?;
         let uniforms = gpu.uniform("params", std::mem::size_of::<Params>() as u64);
         let counters = gpu.empty_storage("counters", (COUNTERS * 4) as u64)?;
         let guide = plan.guides(gpu_scene.lights).map(|[axes, aims]| Guide::new(&gpu, axes, aims)).transpose()?;
@@ -239,27 +243,30 @@ impl GpuIntegrator {
             let (offset, parting) = self.offsets(number);
             let sampled = self.wavelengths.pass(offset);
             lane_bins.extend(sampled.iter().map(|(nm, _)| self.bins.index_of(*nm)));
-            let weights: Vec<[f64; 4]> = sampled
+            let kept = self.wavelengths.parting_lanes(self.parting_lanes(), parting);
+            let (radius, per_metre) = self.gather.as_ref().map_or((0.0, 0.0), |g| g.radius(number, self.params.image_height));
+            let head = PassHead {
+                collapse: UVec4::from_array(kept.map(|(lane, _)| lane)),
+                collapse_weights: Vec4::from_array(kept.map(|(_, weight)| weight as f32)),
+                merge_radius: radius as f32,
+                merge_radius_per_metre: per_metre as f32,
+                ..Default::default()
+            };
+            table.extend_from_slice(cast_slice(&[head]));
+            let of_film: Vec<[f64; 5]> = sampled
                 .iter()
-                .map(|(nm, pdf)| {
+                .zip(self.wavelengths.parting_shares())
+                .map(|((nm, pdf), share)| {
                     let [x, y, z] = cmf.eval(*nm).map(|v| K_M * v / pdf);
-                    [1.0 / (pdf * self.bins.width_nm()), x, y, z]
+                    [1.0 / (pdf * self.bins.width_nm()), x, y, z, share]
                 })
                 .collect();
             for row in &self.scene.rows {
-                let mut values: Vec<f32> = sampled.iter().zip(&weights).map(|((nm, _), w)| row.eval(*nm, w) as f32).collect();
-                // Lanes that only fill up the last vec4 carry no light; 1 keeps ratios of indices finite.
-                values.resize(lanes.next_multiple_of(4), 1.0);
+                let mut values: Vec<f32> =
+                    sampled.iter().zip(&of_film).map(|((nm, _), film)| row.eval(*nm, film) as f32).collect();
+                values.resize(lanes.next_multiple_of(4), row.padding());
                 table.extend(values.chunks_exact(4).map(Vec4::from_slice));
             }
-            let mut shares: Vec<f32> = self.wavelengths.parting_shares().map(|share| share as f32).collect();
-            shares.resize(lanes.next_multiple_of(4), 0.0);
-            table.extend(shares.chunks_exact(4).map(Vec4::from_slice));
-            let parting = self.wavelengths.parting_lanes(self.parting_lanes(), parting);
-            table.push(Vec4::from_array(parting.map(|(lane, _)| f32::from_bits(lane))));
-            table.push(Vec4::from_array(parting.map(|(_, weight)| weight as f32)));
-            let (radius, per_metre) = self.gather.as_ref().map_or((0.0, 0.0), |g| g.radius(number, self.params.image_height));
-            table.push(Vec4::new(radius as f32, per_metre as f32, 0.0, 0.0));
         }
         (table, lane_bins)
     }
@@ -282,7 +289,7 @@ impl GpuIntegrator {
         for (first, window) in self.windows(passes, rates) {
             let count = window.passes;
             let groups = window.groups((window.samples / least_groups).min(self.most_samples));
-            let units = self.gpu.table("units of camera paths", &[&window.units[..], &groups].concat())?;
+            let work = self.gpu.table("work items", &[cast_slice::<_, u32>(&window.items), cast_slice(&groups)].concat())?;
             let (table, lane_bins) = self.spectra(passes.number + u64::from(first), count);
             let spectra = self.gpu.table("spectra", &table)?;
             let lane_bins = self.gpu.storage("wavelength bins", &lane_bins)?;
@@ -292,7 +299,7 @@ impl GpuIntegrator {
                 ("counters", &self.counters),
                 ("film", &self.film),
                 ("samples", &self.samples),
-                ("units", &units),
+                ("work", &work),
             ]);
             resources.extend([("spectra", &spectra), ("lane_bins", &lane_bins)]);
             resources.extend(self.splats.iter().map(|s| ("splats", s)));
@@ -309,7 +316,7 @@ impl GpuIntegrator {
                 tile_height: tile.height,
                 first_sample: first,
                 samples: count,
-                units: window.units.len() as u32,
+                first_work_group: window.items.len() as u32 * texels::<WorkItem>(),
                 light_units: count * (light_units / least_groups).min(self.most_samples / count).max(1),
                 batch: passes.batch,
                 seed: self.seed,
@@ -323,13 +330,14 @@ impl GpuIntegrator {
             // A group has one unit at least, of a sample in every pass at most.
             let limit = self.sample_places / self.most_samples.max(count);
             let (camera, camera_counts, camera_time) = job.run(&mut self.camera, groups.len() as u32, limit)?;
-            self.fitting = self.fitting.min(fitting(groups.iter().map(|g| g.w).max().unwrap_or(1), camera.most_rays));
+            self.fitting = self.fitting.min(fitting(groups.iter().map(|g| g.samples).max().unwrap_or(1), camera.most_rays));
             stats += BatchStats { camera_rays: camera.rays, camera_time, camera_counts, ..camera };
             if let Some(light) = &mut self.light {
                 let groups = (light_units * count).div_ceil(params.light_units);
                 let (light, light_counts, light_time) = job.run(light, groups, u32::MAX)?;
                 self.fitting = self.fitting.min(fitting(params.light_units, light.most_rays));
-                stats += BatchStats { light_time, light_counts, ..light };
+                let light_paths = u64::from(params.light_paths) * u64::from(count);
+                stats += BatchStats { light_paths, light_time, light_counts, ..light };
             }
             summed += count;
             if summed >= PASSES_PER_SUM || first + count == passes.count {
@@ -349,7 +357,9 @@ impl GpuIntegrator {
                 for ([low, high], (i, sum)) in words.iter().zip(&mut left) {
                     let quanta = (u64::from(*high) << 32 | u64::from(*low)) as f64;
                     let unit = if i % channels < channels - 3 { quantum } else { quantum * f64::from(XYZ_RATIO) };
-                    *sum += (quanta * unit) as f32;
+                    let with_splats = f64::from(*sum) + quanta * unit;
+                    stats.dropped_saturated += u64::from(with_splats > f64::from(f32::MAX));
+                    *sum += (quanta * unit).min(f64::from(f32::MAX - *sum)) as f32;
                 }
             })?;
             self.gpu.clear(splats);
@@ -460,7 +470,7 @@ impl GpuIntegrator {
     fn hits(&self, albedos: &[Albedo], index: u32, samples: u32) -> Result<FirstHits> {
         let (gpu, plan) = (&self.gpu, &self.plan);
         let constants = plan.constants() + &self.scene.constants;
-        let kernel = Kernel::new(gpu, "first_hits.wgsl", &constants, &plan.first_hits())?;
+        let kernel = Kernel::new(gpu, "first_hits.wgsl", &constants, &plan.first_hits.switches())?;
         let pass = Pass { kernels: vec![kernel], limit: self.camera.limit, first_time: 0, groups: 16.min(self.camera.limit) };
         let albedos = gpu.table("albedos", &first_hits::table(albedos))?;
         let mut resources: Vec<(&str, &Resource)> = self.scene.resources.iter().map(|(n, b)| (*n, b)).collect();
@@ -512,7 +522,7 @@ fn blocks(tile: Tile) -> u32 {
 
 /// Tiles whose film (or splats, twice as large) and visible points of one pass fit an adapter's binding, in whole 8 x 8 blocks; the largest first.
 fn tiles(gpu: &Gpu, plan: &Plan, width: u32, height: u32) -> Vec<Tile> {
-    let point = if plan.has("GATHERED") { gather::point_bytes(plan) } else { 0 };
+    let point = if plan.has(Feature::Gathered) { gather::point_bytes(plan) } else { 0 };
     let pixels = gpu.max_binding() / (8 * u64::from(plan.bins + 3)).max(point);
     let columns = if u64::from(width) * 8 > pixels { (pixels / 64 * 8) as u32 } else { width };
     let rows = (pixels / u64::from(columns.next_multiple_of(8)) / 8 * 8).clamp(8, 1 << 20) as u32;

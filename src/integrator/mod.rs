@@ -3,6 +3,7 @@
 mod adaptive;
 mod budget;
 mod dispatch;
+mod features;
 mod first_hits;
 mod gather;
 mod gpu_integrator;
@@ -15,6 +16,7 @@ mod tile_sums;
 mod wavelengths;
 
 pub use budget::{Budget, Probe};
+pub use features::{Feature, Features};
 pub use gpu_integrator::GpuIntegrator;
-pub use plan::{Features, Plan, Techniques};
+pub use plan::{Plan, Techniques};
 pub use wavelengths::{Stratum, Wavelengths};

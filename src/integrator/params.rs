@@ -3,8 +3,8 @@
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::gpu::layout::Params;
-use crate::gpu::ranks;
-use crate::reference::initial_interiors;
+use crate::gpu::scene::ranks;
+use crate::scene::initial_interiors;
 use crate::scene::{Filter, Scene, Sensor};
 use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
@@ -79,7 +79,7 @@ pub(super) fn params(
         Sensor::IrradiancePlane { edge_u, edge_v, .. } => edge_u.cross(edge_v).length() / f64::from(film.width * film.height),
         Sensor::IrradianceSphere { radius, .. } => 4.0 * PI * radius * radius / f64::from(film.width * film.height),
     };
-    p.inverse_quantum = (pixel_measure / power.max(1e-30) * 0.5f64.powi(-24)) as f32;
+    p.inverse_quantum = (pixel_measure / power.max(1e-30) * 0.5f64.powi(-24)).clamp(1e-30, 1e30) as f32;
     let around = initial_interiors(scene, &[start]);
     p.inside = ranks(scene, &around[0]).ok_or_else(|| {
         Error::usage("the sensor lies inside more than 4 nested volumes", "remove some of the glasses or media around it")

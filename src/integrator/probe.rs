@@ -6,7 +6,7 @@ use super::gpu_integrator::{Passes, even_rates};
 use super::params::coarser;
 use crate::error::Result;
 use crate::gpu::layout::Params;
-use crate::render::BatchStats;
+use crate::stats::BatchStats;
 
 /// Samples of all pixels together that a probe takes, and in how many rounds; the picture has fewer pixels for it, if it has to.
 const SAMPLES: f64 = (1 << 19) as f64;
@@ -31,7 +31,7 @@ impl GpuIntegrator {
         // Light paths are traced for every tile.
         probe.light_rays *= self.tile_count() as f64;
         if self.budget().is_none() {
-            self.set_budget(Budget::from_probe(probe, self.plan.has("GATHERED")));
+            self.set_budget(Budget::from_probe(probe, self.plan.has(super::Feature::Gathered)));
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
-//! How many samples the blocks of a tile have, pass by pass, and in which units they are taken (common/units.wgsl).
+//! How many samples the blocks of a tile have, pass by pass, and in which work items they are taken (common/work.wgsl).
 
-use glam::UVec4;
+use crate::gpu::layout::{WorkGroup, WorkItem};
 
 /// Most samples of a block, over the mean of all.
 pub(super) const MOST: f64 = 4.0;
@@ -22,25 +22,24 @@ pub(super) struct SampleCounts {
 pub(super) struct Window {
     /// How many there are.
     pub(super) passes: u32,
-    /// Samples of a block in passes in a row, each: samples of all units before; number of the first one within the batch; how many there are, pass of the
-    /// first one, passes of the round and samples of the block in it (8 bits each); block.
-    pub(super) units: Vec<UVec4>,
-    /// Samples of a pixel in all units together.
+    /// All work.
+    pub(super) items: Vec<WorkItem>,
+    /// Samples of a pixel in all items together.
     pub(super) samples: u32,
 }
 
 impl Window {
-    /// Groups of units, each of up to `most` samples, or of one unit: first unit, end, samples of all groups before, and in it.
-    pub(super) fn groups(&self, most: u32) -> Vec<UVec4> {
-        let mut groups: Vec<UVec4> = Vec::new();
-        for (i, unit) in self.units.iter().enumerate() {
-            let (i, samples) = (i as u32, unit.z & 0xff);
+    /// Groups of items, each of up to `most` samples, or of one item.
+    pub(super) fn groups(&self, most: u32) -> Vec<WorkGroup> {
+        let mut groups: Vec<WorkGroup> = Vec::new();
+        for (i, item) in self.items.iter().enumerate() {
+            let (i, samples) = (i as u32, item.count);
             match groups.last_mut() {
-                Some(group) if group.w + samples <= most => {
-                    group.y = i + 1;
-                    group.w += samples;
+                Some(group) if group.samples + samples <= most => {
+                    group.end = i + 1;
+                    group.samples += samples;
                 }
-                _ => groups.push(UVec4::new(i, i + 1, unit.x, samples)),
+                _ => groups.push(WorkGroup { first: i, end: i + 1, place: item.place, samples }),
             }
         }
         groups
@@ -82,7 +81,7 @@ impl SampleCounts {
 
     /// Passes `first` to `first + passes` of the round.
     pub(super) fn window(&self, first: u32, passes: u32) -> Window {
-        let mut window = Window { passes, units: Vec::with_capacity(self.counts.len()), samples: 0 };
+        let mut window = Window { passes, items: Vec::with_capacity(self.counts.len()), samples: 0 };
         for (block, &count) in self.counts.iter().enumerate() {
             // From the first pass to the last one, as often as it takes.
             let mut sample = 0;
@@ -91,9 +90,15 @@ impl SampleCounts {
                 let end = self.passes.min(pass + count - sample);
                 let (from, to) = (pass.max(first), end.min(first + passes));
                 if from < to {
-                    let packed = (to - from) | ((from - first) << 8) | (self.passes << 16) | (count << 24);
-                    let index = self.had[block] + sample + from - pass;
-                    window.units.push(UVec4::new(window.samples, index, packed, block as u32));
+                    window.items.push(WorkItem {
+                        place: window.samples,
+                        index: self.had[block] + sample + from - pass,
+                        count: to - from,
+                        pass_index: from - first,
+                        weight: self.passes as f32 / count as f32,
+                        block: block as u32,
+                        ..Default::default()
+                    });
                     window.samples += to - from;
                 }
                 sample += end - pass;
@@ -116,13 +121,12 @@ pub(super) fn splitmix(key: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// (block, number within the batch, pass within the window) of all samples, as the shader unpacks them.
+    /// (block, number within the batch, pass within the window) of all samples.
     fn samples(window: &Window) -> Vec<(u32, u32, u32)> {
-        let of_unit = |u: &UVec4| {
-            let (count, pass, index, block) = (u.z & 0xff, (u.z >> 8) & 0xff, u.y, u.w);
-            (0..count).map(move |i| (block, index + i, pass + i))
+        let of_item = |&WorkItem { count, pass_index, index, block, .. }: &WorkItem| {
+            (0..count).map(move |i| (block, index + i, pass_index + i))
         };
-        window.units.iter().flat_map(of_unit).collect()
+        window.items.iter().flat_map(of_item).collect()
     }
 
     #[test]
@@ -136,16 +140,14 @@ mod tests {
                 let mut all = Vec::new();
                 for first in (0..passes).step_by(size as usize) {
                     let window = counts.window(first, size.min(passes - first));
-                    assert!(window.units.iter().all(|u| (1..=window.passes).contains(&(u.z & 0xff))));
+                    assert!(window.items.iter().all(|u| (1..=window.passes).contains(&u.count)));
                     let places: Vec<u32> =
-                        window.units.iter().scan(0, |sum, u| Some(std::mem::replace(sum, *sum + (u.z & 0xff)))).collect();
-                    assert!(window.units.iter().zip(&places).all(|(u, place)| u.x == *place));
+                        window.items.iter().scan(0, |sum, u| Some(std::mem::replace(sum, *sum + u.count))).collect();
+                    assert!(window.items.iter().zip(&places).all(|(u, place)| u.place == *place));
                     let found = samples(&window);
                     assert!(found.iter().all(|(_, _, pass)| *pass < window.passes), "{found:?}");
                     assert_eq!(found.len() as u32, window.samples);
-                    assert!(
-                        window.units.iter().all(|u| u.z >> 24 == counts.counts[u.w as usize] && (u.z >> 16) & 0xff == passes)
-                    );
+                    assert!(window.items.iter().all(|u| u.weight == passes as f32 / counts.counts[u.block as usize] as f32));
                     all.extend(found.into_iter().map(|(block, index, _)| (block, index)));
                 }
                 all.sort_unstable();
@@ -166,19 +168,19 @@ mod tests {
             let groups = window.groups(most);
             let (mut unit, mut place) = (0, 0);
             for (i, group) in groups.iter().enumerate() {
-                assert_eq!((group.x, group.z), (unit, place), "group {i} of up to {most}");
-                let samples: Vec<u32> = window.units[group.x as usize..group.y as usize].iter().map(|u| u.z & 0xff).collect();
-                assert_eq!(group.w, samples.iter().sum::<u32>());
-                assert!(group.w <= most || samples.len() == 1);
+                assert_eq!((group.first, group.place), (unit, place), "group {i} of up to {most}");
+                let samples: Vec<u32> = window.items[group.first as usize..group.end as usize].iter().map(|u| u.count).collect();
+                assert_eq!(group.samples, samples.iter().sum::<u32>());
+                assert!(group.samples <= most || samples.len() == 1);
                 // As full as can be.
-                let next = window.units.get(group.y as usize).map_or(u32::MAX, |u| u.z & 0xff);
-                assert!(group.w.saturating_add(next) > most);
-                (unit, place) = (group.y, place + group.w);
+                let next = window.items.get(group.end as usize).map_or(u32::MAX, |u| u.count);
+                assert!(group.samples.saturating_add(next) > most);
+                (unit, place) = (group.end, place + group.samples);
             }
-            assert_eq!((unit as usize, place), (window.units.len(), window.samples));
+            assert_eq!((unit as usize, place), (window.items.len(), window.samples));
         }
-        let most = window.units.iter().map(|u| u.z & 0xff).max().unwrap();
-        assert!(most == 16 && window.groups(16).len() < window.units.len(), "nothing to put together");
+        let most = window.items.iter().map(|u| u.count).max().unwrap();
+        assert!(most == 16 && window.groups(16).len() < window.items.len(), "nothing to put together");
     }
 
     #[test]

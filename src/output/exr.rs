@@ -4,7 +4,7 @@
 //! - `S0.390,000000nm` for every bin, named by its centre: mean radiance over the bin, W m^-2 sr^-1 nm^-1 (irradiance, W m^-2
 //!   nm^-1, from an irradiance sensor; the attribute `abbe.quantity` says which);
 //! - `R`, `G`, `B`: linear sRGB for viewers, the film's XYZ times 2^`EV`, where at `EV` 0 the equal-energy spectrum of 1 W m^-2
-//!   sr^-1 nm^-1 has luminance 1, as in [`crate::color::picture`];
+//!   sr^-1 nm^-1 has luminance 1, as in [`crate::develop::picture`];
 //! - `XYZ.X`, `XYZ.Y`, `XYZ.Z`: CIE 1931 in cd m^-2 (or lx), accumulated at the sampled wavelengths;
 //! - on request ([`Aovs`]): `error.Y`, the standard error of `XYZ.Y`, and `error.390,000000nm`, that of the bin (see [`Errors`]);
 //! - likewise `depth.Z`, `normal.X` `normal.Y` `normal.Z`, `albedo.R` `albedo.G` `albedo.B`: what rays meet first, as the attributes
@@ -24,8 +24,8 @@ use crate::color::space::Space;
 use crate::error::Result;
 use crate::film::first_hits::FirstHits;
 use crate::film::{Errors, Film};
-use crate::render::BatchStats;
 use crate::spectrum::library::Observer;
+use crate::stats::BatchStats;
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::image::write::channels::{ChannelsWriter, WritableChannels};
 use exr::image::{Encoding, Image, Layer};

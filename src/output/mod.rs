@@ -1,14 +1,13 @@
 //! What leaves the program: spectral EXR, pictures, plots, and the files' safe replacement; and spectral EXRs read back.
 
 mod bands;
-pub mod difference;
+
 pub mod exr;
 mod exr_pixels;
 mod exr_read;
 mod exr_xyz;
 mod icc;
 pub mod picture;
-pub mod plot;
 
 pub use bands::{Band, Bands};
 pub use exr::{Provenance, write_exr};

@@ -2,9 +2,9 @@
 
 use super::icc;
 use super::replace_file;
-use crate::color::gpu;
-use crate::color::picture::{Developer, Development, Whole};
 use crate::color::space::Space;
+use crate::develop::gpu;
+use crate::develop::picture::{Developer, Development, Whole};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use exr::meta::attribute::{Chromaticities, Text};

@@ -1,13 +1,13 @@
 //! The backward estimator: paths from the sensor that count what light they happen to meet.
 
-use super::intersect::Hit;
 use super::material::Transport;
 use super::rng::Rng;
 use super::sensor::{on_surface, sample_view};
 use super::walk::{Lane, Observer, Path};
 use super::{Stage, finite};
-use crate::render::BatchStats;
+use crate::geometry::world::Hit;
 use crate::scene::Sensor;
+use crate::stats::BatchStats;
 
 /// Light met by one path.
 struct Met<'a> {
@@ -46,10 +46,11 @@ impl Stage {
             let lanes = nm.iter().enumerate().map(|(bin, &nm)| Lane { bin, nm, beta: 1.0, etendue: 1.0 }).collect();
             let inside = self.interiors_of_view(view.ray.origin);
             let mut met = Met { stage: self, radiance: vec![0.0; nm.len()] };
-            self.walk(Path::new(view.ray, lanes, inside), Transport::Radiance, &mut rng, &mut met, &mut stats);
-            stats.paths += 1;
-            let bad = met.radiance.iter().copied().find(|l| !l.is_finite() || *l < 0.0);
-            if finite(bad.unwrap_or(0.0), &mut stats) {
+            let mut walked = BatchStats::default();
+            self.walk(Path::new(view.ray, lanes, inside), Transport::Radiance, &mut rng, &mut met, &mut walked);
+            stats += BatchStats { paths: 1, truncated: walked.truncated.min(1), ..walked };
+            let negative = met.radiance.iter().copied().find(|l| *l < 0.0);
+            if finite(negative.unwrap_or(met.radiance.iter().sum()), &mut stats) {
                 for (bin, l) in met.radiance.iter().enumerate() {
                     self.record(sums, bin, nm[bin], l * view.weight);
                 }

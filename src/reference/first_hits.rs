@@ -1,12 +1,12 @@
 //! What rays meet first, in double precision.
 
 use super::Stage;
-use super::interiors::{Crossing, MAX_STRAIGHT, cross, interior_of};
-use super::intersect::{Hit, Ray};
+use super::interiors::{Crossing, bare, cross};
 use super::rng::Rng;
 use super::sensor::sample_view;
 use crate::film::first_hits::{Albedo, FirstHits, Sums};
-use crate::scene::Material;
+use crate::geometry::world::{Hit, Ray};
+use crate::scene::inside::{MAX_STRAIGHT, interior_of};
 use rayon::prelude::*;
 
 impl Stage {
@@ -33,12 +33,12 @@ impl Stage {
         let mut inside = self.interiors_of_view(ray.origin);
         for _ in 0..=MAX_STRAIGHT {
             let hits = self.world.intersect(&ray);
-            let met: Vec<(&Hit, &Material)> =
-                hits.iter().map(|h| (h, &self.scene.materials[self.scene.shapes[h.shape].material])).collect();
+            let met: Vec<(&Hit, usize)> =
+                hits.iter().map(|h| (h, bare(&self.scene, self.scene.shapes[h.shape].material))).collect();
             let albedo = |hit: &Hit| albedos[self.scene.shapes[hit.shape].material];
             let seen = |hit: &Hit| Hit { ns: if ray.dir.dot(hit.ng) > 0.0 { -hit.ns } else { hit.ns }, ..*hit };
             // Of surfaces that coincide the boundaries of volumes come last.
-            let others = met.iter().filter(|(_, material)| interior_of(material).is_none());
+            let others = met.iter().filter(|(_, material)| interior_of(&self.scene.materials[*material]).is_none());
             if let Some((hit, _)) = others.into_iter().find(|(hit, _)| rng.next() < albedo(hit).presence) {
                 return Some((seen(hit), albedo(hit)));
             }

@@ -1,14 +1,14 @@
 //! The forward estimator: paths from the lights, joined to the camera wherever they scatter, or counted where they cross the sensor.
 
-use super::intersect::Ray;
 use super::material::Transport;
 use super::medium::Medium;
 use super::rng::Rng;
 use super::sensor::{connect, crossing, on_surface, sample_view, splat};
 use super::walk::{Lane, Observer, Path, Vertex};
 use super::{Stage, finite};
-use crate::render::BatchStats;
+use crate::geometry::world::Ray;
 use crate::scene::Sensor;
+use crate::stats::BatchStats;
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -95,6 +95,8 @@ impl Stage {
                 arrived.join(path, path.ray.clone(), &|_| path.inside.clone(), &eval, &mut rng);
             }
             self.walk(light.path, Transport::Flux, &mut rng, &mut arrived, &mut stats);
+            // However many wavelengths of it were cut.
+            stats.truncated = stats.truncated.min(1);
         }
         stats += arrived.dropped;
         stats

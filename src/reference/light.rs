@@ -1,12 +1,12 @@
 //! Lights: where light starts (forward), and what arrives from infinity (backward).
 
 use super::Stage;
-use super::interiors::{interiors_at, up};
-use super::intersect::Ray;
 use super::rng::Rng;
 use super::sensor::on_surface;
 use super::walk::{Lane, Path};
 use crate::bsdf::sample_cosine;
+use crate::geometry::world::Ray;
+use crate::scene::inside::{interiors_at, up};
 use crate::scene::{EnvironmentMap, Geometry, Light, Mesh, Scene};
 use crate::spectrum::Spectrum;
 use glam::{DMat3, DVec2, DVec3, dvec3};

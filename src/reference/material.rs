@@ -1,6 +1,5 @@
 //! Scattering at a surface for all wavelengths of a path at once.
 
-use super::intersect::Hit;
 use super::rng::Rng;
 use super::walk::Lane;
 use crate::bsdf::coat::Coat;
@@ -12,6 +11,7 @@ use crate::bsdf::fresnel::{self, Metal};
 use crate::bsdf::ggx::Width;
 use crate::bsdf::sample_cosine;
 use crate::bsdf::sheen::Sheen;
+use crate::geometry::world::Hit;
 use crate::scene::{Material, Scene};
 use glam::{DMat3, DVec2, DVec3, dvec3};
 use std::f64::consts::PI;

@@ -10,11 +10,11 @@
 //! which [`BatchStats::truncated`] counts. Transport is unpolarised. Light from infinity does not reach into a medium that fills the scene.
 
 mod backward;
-mod bvh;
+
 mod first_hits;
 mod forward;
 mod interiors;
-mod intersect;
+
 mod light;
 mod material;
 mod medium;
@@ -22,19 +22,17 @@ mod rng;
 mod sensor;
 mod walk;
 
-pub use interiors::initial_interiors;
-
 use crate::bsdf::energy::EnergyTable;
 use crate::bsdf::sheen::Sheen;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::first_hits::{Albedo, FirstHits};
-use crate::render::{BatchStats, Halt, Integrator, Renderer};
-use crate::scene::{Estimator, Grain, Light, Material, Scene, Sensor, WavelengthSampling};
+use crate::geometry::world::{Ray, World};
+use crate::render::{Halt, Integrator, Renderer};
+use crate::scene::{Estimator, Grain, Light, Material, Scene, Sensor, WavelengthSampling, inside};
 use crate::spectrum::library::{self, Cmf, Observer};
-use bvh::World;
+use crate::stats::BatchStats;
 use glam::DVec3;
-use intersect::Ray;
 use light::Emitters;
 use rayon::prelude::*;
 use rng::Rng;
@@ -92,7 +90,7 @@ impl ReferenceIntegrator {
             ));
         }
         let scene = &scene.flattened();
-        let world = World::new(scene);
+        let world = World::new(scene.shapes.iter().map(|s| &s.geometry));
         let ball = world.ball_around(&sensor::corners(&scene.sensor));
         let mut energy: Vec<Energy> = Vec::new();
         for (index, material) in scene.materials.iter().enumerate() {
@@ -114,14 +112,14 @@ impl ReferenceIntegrator {
             _ => None,
         });
         let interiors_at_eye = match scene.sensor {
-            Sensor::Perspective { eye, .. } => interiors::interiors_at(scene, &world, Ray::new(eye, interiors::up()), vec![]),
+            Sensor::Perspective { eye, .. } => inside::interiors_at(scene, &world, Ray::new(eye, inside::up()), vec![]),
             _ => vec![],
         };
         let stage = Stage {
             emitters: Emitters::new(scene, ball),
             observer: library::observer(Observer::Cie1931),
             interiors_at_eye,
-            has_interiors: scene.materials.iter().any(|m| interiors::interior_of(m).is_some()),
+            has_interiors: scene.materials.iter().any(|m| inside::interior_of(m).is_some()),
             has_environment: scene.lights.iter().any(|l| {
                 light::without_size(l).is_none() && matches!(l, Light::Sun { .. } | Light::Constant { .. } | Light::Image(_))
             }),
@@ -237,7 +235,7 @@ impl Stage {
         if !self.has_interiors {
             return vec![];
         }
-        interiors::interiors_at(&self.scene, &self.world, Ray { t_min, ..Ray::new(point, interiors::up()) }, vec![])
+        inside::interiors_at(&self.scene, &self.world, Ray { t_min, ..Ray::new(point, inside::up()) }, vec![])
     }
 }
 
@@ -246,9 +244,13 @@ fn add(mut a: BatchStats, b: BatchStats) -> BatchStats {
     a
 }
 
+/// The greatest sample that the film takes (`LARGEST_SAMPLE` of the shaders): sums of such are finite in a file of single precision.
+const LARGEST_SAMPLE: f64 = 1e26;
+
 /// Whether a value may go to the film; if not, it is counted as dropped.
 fn finite(value: f64, stats: &mut BatchStats) -> bool {
     stats.dropped_not_finite += u64::from(!value.is_finite());
     stats.dropped_negative += u64::from(value < 0.0 && value.is_finite());
-    value.is_finite() && value >= 0.0
+    stats.dropped_saturated += u64::from(value > LARGEST_SAMPLE && value.is_finite());
+    (0.0..=LARGEST_SAMPLE).contains(&value)
 }

@@ -1,8 +1,8 @@
 //! The four sensors: rays that they look along (backward), and what light that reaches them adds to which pixels (forward).
 
-use super::intersect::Ray;
 use super::rng::Rng;
 use crate::bsdf::sample_cosine;
+use crate::geometry::world::Ray;
 use crate::scene::{FilmSettings, Filter, Sensor};
 use glam::{DMat3, DVec3, dvec3};
 use std::f64::consts::PI;

@@ -2,8 +2,7 @@
 //! the wavelengths, one path for each of them. What an estimator records on the way is its [`Observer`]'s business.
 
 use super::Stage;
-use super::interiors::{Crossing, MAX_STRAIGHT, cross, ruling};
-use super::intersect::{Hit, Ray};
+use super::interiors::{Crossing, bare, cross, ruling};
 use super::material::{Bsdf, Over, Surface, Transport, straight_share};
 use super::medium::Medium;
 use super::rng::Rng;
@@ -11,10 +10,12 @@ use crate::bsdf::coat::Coat;
 use crate::bsdf::fresnel::Metal;
 use crate::bsdf::phase;
 use crate::bsdf::sheen::Sheen;
-use crate::render::BatchStats;
+use crate::geometry::world::{Hit, Ray};
+use crate::scene::inside::MAX_STRAIGHT;
 use crate::scene::roughness::level_at;
 use crate::scene::{Film, Geometry, Grain, Material, direction_of_grain};
 use crate::spectrum::{Ior, Spectrum};
+use crate::stats::BatchStats;
 use glam::{DVec3, DVec4};
 
 /// Scattering events after which paths play Russian roulette.
@@ -94,6 +95,8 @@ pub(super) struct Vertex<'a> {
 /// A surface that a path meets, mixtures decided.
 struct Met<'a> {
     hit: Hit,
+    /// The index of its material.
+    index: usize,
     material: &'a Material,
     /// Index and GGX width of the coat on it.
     coat: Option<(&'a Ior, f64)>,
@@ -226,7 +229,7 @@ impl Stage {
         let met: Vec<Met> = hits.iter().map(|h| self.choose(*h, path, rng)).collect();
         let values = |f: &dyn Fn(f64) -> f64| path.lanes.iter().map(|l| f(l.nm)).collect::<Vec<f64>>();
         let outside = values(&|nm| self.scene.interiors[ruling(&self.scene, &path.inside)].ior.eval(nm));
-        for &Met { hit, material, coat, sheen, film, grain } in &met {
+        for &Met { hit, material, coat, sheen, film, grain, .. } in &met {
             let bsdf = match material {
                 Material::Diffuse { reflectance } => Bsdf::Diffuse(values(&|nm| reflectance.eval(nm, hit.uv))),
                 Material::ThinDielectric { ior } => {
@@ -262,15 +265,12 @@ impl Stage {
             };
             return (path.inside.clone(), Some((hit, bsdf, over)));
         }
-        let crossed: Vec<(&Hit, &Material)> = met.iter().map(|m| (&m.hit, m.material)).collect();
+        let crossed: Vec<(&Hit, usize)> = met.iter().map(|m| (&m.hit, m.index)).collect();
         match cross(&self.scene, &path.inside, path.ray.dir, &crossed) {
             (beyond, Crossing::Interface { hit, near, far, alpha }) => {
                 let interiors = &self.scene.interiors;
                 let eta = values(&|nm| interiors[far].ior.eval(nm) / interiors[near].ior.eval(nm));
                 let film = met.iter().find(|m| std::ptr::eq(&m.hit, hit)).and_then(|m| m.film);
-                if film.is_none() && eta.iter().all(|&n| n == 1.0) {
-                    return (beyond, None);
-                }
                 let index = |i: usize, nm: f64| interiors[i].ior.eval(nm);
                 let stack = |l: &Lane, film: &Film| film.between(index(near, l.nm), (index(far, l.nm), 0.0), l.nm);
                 let film = film.map_or(vec![], |film| path.lanes.iter().map(|l| stack(l, film)).collect());
@@ -330,7 +330,7 @@ impl Stage {
                 }
                 _ => {
                     let (film, grain) = (self.scene.films.get(&index), self.scene.grains.get(&index).copied());
-                    return Met { hit, material, coat, sheen, film, grain };
+                    return Met { hit, index, material, coat, sheen, film, grain };
                 }
             };
             let w: Vec<f64> = path.lanes.iter().map(|l| weight.eval(l.nm, hit.uv)).collect();
@@ -364,20 +364,17 @@ impl Stage {
             if t >= distance {
                 return share;
             }
-            let met: Vec<(&Hit, &Material)> =
-                hits.iter().map(|h| (h, &self.scene.materials[self.scene.shapes[h.shape].material])).collect();
-            for (hit, _) in met.iter().filter(|(_, m)| !matches!(m, Material::Dielectric { .. })) {
+            let met: Vec<(&Hit, usize)> =
+                hits.iter().map(|h| (h, bare(&self.scene, self.scene.shapes[h.shape].material))).collect();
+            for (hit, _) in met.iter().filter(|(_, m)| !matches!(self.scene.materials[*m], Material::Dielectric { .. })) {
                 let cos = ray.dir.dot(hit.ns).abs();
                 share.iter_mut().zip(lanes).for_each(|(s, l)| {
                     *s *= straight_share(&self.scene, self.scene.shapes[hit.shape].material, cos, hit.uv, l.nm)
                 });
             }
             let (beyond, crossing) = cross(&self.scene, &inside, ray.dir, &met);
-            if let Crossing::Interface { near, far, .. } = crossing {
-                let index = |i: usize, l: &Lane| self.scene.interiors[i].ior.eval(l.nm);
-                if lanes.iter().any(|l| index(near, l) != index(far, l)) {
-                    break;
-                }
+            if let Crossing::Interface { .. } = crossing {
+                break;
             }
             if share.iter().all(|&s| s == 0.0) {
                 break;

@@ -1,8 +1,10 @@
 //! What is probably not meant in a scene that is right by the letter: each line says what, where, and what to do about it.
 
-use super::{Geometry, Interior, Light, Material, Mesh, Scene, Shape, mesh};
-use crate::geometry::{Bounds, bounds, bounds_of_all, corners};
-use crate::reference::initial_interiors;
+use crate::geometry::{Bounds, bounds, corners};
+use crate::scene::bounds_of_all;
+use crate::scene::initial_interiors;
+use crate::scene::mesh;
+use crate::scene::{Geometry, Interior, Light, Material, Mesh, Scene, Shape};
 use glam::{DVec2, DVec3};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;

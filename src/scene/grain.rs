@@ -2,12 +2,12 @@
 //! relative to the surface's tangent: that of a glTF file, or the direction of growing u of the texture coordinates, evened out over the triangles around a
 //! vertex; where a surface has neither, the level one (for an upward normal, along x).
 
-use super::json::Node;
-use super::load::Loader;
-use super::roughness::SMOOTH;
-use super::{Geometry, Material, Mesh, Scene};
 use crate::bsdf::ggx::Width;
 use crate::error::Result;
+use crate::scene::json::Node;
+use crate::scene::json::load::Loader;
+use crate::scene::roughness::SMOOTH;
+use crate::scene::{Geometry, Material, Mesh, Scene};
 use glam::{DVec2, DVec3, DVec4};
 use std::collections::HashMap;
 use std::sync::Arc;

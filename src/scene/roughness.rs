@@ -1,10 +1,10 @@
 //! Roughness, of one width or as a picture says. Light meets one of a few widths, of which it has tables: between the two next to what the picture says
 //! chance decides in proportion, so that a surface is a mixture of them.
 
-use super::json::Node;
-use super::load::Loader;
-use super::{Material, Texture};
 use crate::error::Result;
+use crate::scene::json::Node;
+use crate::scene::json::load::Loader;
+use crate::scene::{Material, Texture};
 use std::ops::Range;
 
 /// Steps of roughness from 0 to 1.

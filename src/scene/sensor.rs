@@ -1,5 +1,6 @@
 //! What measures the light of a scene: the film with its wavelength bins, and the sensor in front of it.
 
+use crate::spectrum::Bins;
 use glam::{DMat3, DVec3};
 
 /// Resolution, wavelength bins and reconstruction filter of the film.
@@ -17,40 +18,6 @@ pub struct FilmSettings {
     pub sampling: WavelengthSampling,
     /// Exposure of the preview picture in stops; `None` chooses it from the picture.
     pub exposure: Option<f64>,
-}
-
-/// `count` equal wavelength bins over `[min_nm, max_nm]`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bins {
-    /// Lower end, nm.
-    pub min_nm: f64,
-    /// Upper end, nm.
-    pub max_nm: f64,
-    /// Number of bins, 1 to 400.
-    pub count: u32,
-}
-
-impl Bins {
-    /// Width of one bin, nm.
-    pub fn width_nm(&self) -> f64 {
-        (self.max_nm - self.min_nm) / f64::from(self.count)
-    }
-
-    /// Lower edge of bin `i` (`i = count` gives the upper end of the range), nm.
-    pub fn edge_nm(&self, i: u32) -> f64 {
-        self.min_nm + (self.max_nm - self.min_nm) * f64::from(i) / f64::from(self.count)
-    }
-
-    /// Centre of bin `i`, nm.
-    pub fn centre_nm(&self, i: u32) -> f64 {
-        self.min_nm + (self.max_nm - self.min_nm) * (f64::from(i) + 0.5) / f64::from(self.count)
-    }
-
-    /// The bin that holds `nm`, clamped to the range.
-    pub fn index_of(&self, nm: f64) -> u32 {
-        let x = (nm - self.min_nm) / (self.max_nm - self.min_nm) * f64::from(self.count);
-        (x.max(0.0) as u32).min(self.count - 1)
-    }
 }
 
 /// Pixel reconstruction filter; lengths in pixels. All are non-negative and sampled by importance, so a sample belongs to one pixel.

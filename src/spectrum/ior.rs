@@ -7,6 +7,9 @@ pub const LINE_F_NM: f64 = 486.1327;
 /// Fraunhofer's C line (H), nm in air.
 pub const LINE_C_NM: f64 = 656.2725;
 
+/// Wavelengths at which a range is looked at. Away from poles the formulas are smooth, so a dip between samples this dense is shallower than any real glass.
+const SAMPLES: u32 = 2000;
+
 /// A dispersion formula. Wavelengths `l` are um in air; coefficients as printed by catalogues and refractiveindex.info ("Dispersion formulas",
 /// numbered there as given).
 #[derive(Debug, Clone, PartialEq)]
@@ -164,8 +167,6 @@ impl Ior {
         if let Some(pole) = self.poles_nm().into_iter().find(|p| (lo..=hi).contains(p)) {
             return Err(format!("the dispersion formula has a pole at {pole:.2} nm, between {lo} and {hi} nm; {remedy}"));
         }
-        // Away from poles the formulas are smooth, so a dip below zero between samples this dense is shallower than any real glass.
-        const SAMPLES: u32 = 2000;
         for i in 0..=SAMPLES {
             let nm = lo + (hi - lo) * f64::from(i) / f64::from(SAMPLES);
             let n = self.eval(nm);
@@ -187,6 +188,14 @@ impl Ior {
             }
             _ => Vec::new(),
         }
+    }
+
+    /// Whether a surface between the two does nothing to light of `[lo, hi]` nm: they differ by at most 1e-6 of their value, some roundings of single
+    /// precision, so that it reflects less than 1e-12 and bends by less than 1e-6 rad but within 0.002 rad of grazing.
+    pub fn matches(&self, other: &Ior, lo: f64, hi: f64) -> bool {
+        let nm = |i: u32| lo + (hi - lo) * f64::from(i) / f64::from(SAMPLES);
+        let alike = |nm: f64| (self.eval(nm) - other.eval(nm)).abs() <= 1e-6 * self.eval(nm);
+        self == other || (0..=SAMPLES).all(|i| alike(nm(i)))
     }
 
     /// True if and only if the index is the same number at every wavelength of `[lo, hi]` nm, so that refraction does not disperse.

@@ -1,9 +1,10 @@
 //! Spectra and indices of refraction as functions of wavelength in nm (in air), and the library of measured data they come from.
 
+mod bins;
 mod ior;
 pub mod library;
-pub mod upsample;
 
+pub use bins::Bins;
 pub use ior::{Formula, Ior, LINE_C_NM, LINE_D_NM, LINE_F_NM};
 
 /// A function of wavelength.
@@ -76,7 +77,7 @@ impl Spectrum {
                 }
             }
             Spectrum::Blackbody { kelvin, scale } => scale * planck(*kelvin, nm),
-            Spectrum::Sigmoid { c, scale } => scale * upsample::sigmoid(c, nm),
+            Spectrum::Sigmoid { c, scale } => scale * sigmoid(c, nm),
             Spectrum::Product(p) => p.0.eval(nm) * p.1.eval(nm),
         }
     }
@@ -148,6 +149,13 @@ impl Spectrum {
     pub fn mean(&self, lo: f64, hi: f64) -> f64 {
         self.integral(lo, hi) / (hi - lo)
     }
+}
+
+/// Value of the sigmoid at `nm`: `s(c0 x^2 + c1 x + c2)`, `s(t) = 1/2 + t / (2 sqrt(1 + t^2))`, `x = (nm - 360) / 470` (Jakob & Hanika 2019, equations 4 and 5).
+pub fn sigmoid(c: &[f64; 3], nm: f64) -> f64 {
+    let x = (nm - 360.0) / 470.0;
+    let t = (c[0] * x + c[1]) * x + c[2];
+    0.5 + 0.5 * t / (1.0 + t * t).sqrt()
 }
 
 /// Planck's law per wavelength in W m^-2 sr^-1 nm^-1 in vacuum (n = 1), exact SI 2019 constants.

@@ -12,12 +12,13 @@ pub mod optics;
 
 pub use cases::all;
 
+use crate::compare::difference::threshold;
 use crate::error::Result;
 use crate::film::Film;
 use crate::integrator::Techniques;
-use crate::output::difference::threshold;
-use crate::render::{BatchStats, Renderer};
+use crate::render::Renderer;
 use crate::scene::{LoadOptions, Scene, load_str};
+use crate::stats::BatchStats;
 use figure::Figure;
 use serde_json::Value;
 use std::path::Path;

@@ -1,7 +1,8 @@
 //! Backward against forward: two estimators that share no way of finding a path.
 
-use crate::support::*;
-use abbe::reference::initial_interiors;
+use crate::estimates::agree;
+use crate::scenes::*;
+use abbe::scene::initial_interiors;
 use abbe::scene::*;
 use glam::{DMat3, DVec3, dvec3};
 use std::sync::Arc;

@@ -1,17 +1,24 @@
 //! The double-precision reference against known answers, and its two estimators against each other.
 
 mod agree;
-mod support;
+mod bsdf;
+mod estimates;
+#[path = "../support/random.rs"]
+mod random;
+#[path = "../support/scenes.rs"]
+mod scenes;
 
 use abbe::film::Film;
-use abbe::reference::{ReferenceIntegrator, initial_interiors};
+use abbe::reference::ReferenceIntegrator;
 use abbe::render::Integrator;
+use abbe::scene::initial_interiors;
 use abbe::scene::*;
 use abbe::spectrum::Ior;
+use estimates::*;
 use glam::{DMat3, DVec3, dvec3};
+use scenes::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
-use support::*;
 
 fn furnace(fill: impl Fn(&mut Scene)) -> Scene {
     let mut s = scene(4, 4, 3, orthographic(dvec3(0.0, 0.0, 5.0), DVec3::ZERO, 2.0));
@@ -147,6 +154,22 @@ fn slabs_transmit_what_they_should() {
     // An index of 1 is not there at all, and a rough surface without an index step is none.
     for alpha in [0.0, 0.5] {
         equals("matched", &slab(&[(0.0, 1.0, 50.0, solid("air", 1.0, 1))], alpha), Estimator::Backward, 4, 1.0, 1e-12);
+    }
+}
+
+#[test]
+fn what_has_the_index_around_it_neither_shades_nor_is_seen() {
+    // A spot 3 m above a floor of which the camera sees a square metre, a ball between. The square takes the spot's full intensity from its solid angle.
+    let exact = 0.5 / PI * 4.0 * (0.25f64 / 9.25).asin();
+    for alpha in [0.0, 0.3] {
+        let mut s = scene(2, 2, 2, orthographic(dvec3(0.0, 5.0, 0.0), DVec3::ZERO, 1.0));
+        shape(&mut s, 0, disc(DVec3::ZERO, DVec3::Y, 0.8));
+        let m = glass(&mut s, solid("ball", 1.0, 1), alpha);
+        shape(&mut s, m, sphere(DVec3::Y, 0.5));
+        let position = dvec3(0.0, 3.0, 0.0);
+        let spot = Light::Spot { position, direction: -DVec3::Y, intensity: flat(1.0), cos_inner: 0.97, cos_outer: 0.96 };
+        s.lights.push(spot);
+        equals(&format!("matched ball {alpha}"), &s, Estimator::Forward, 6000, exact, 0.0);
     }
 }
 

@@ -172,7 +172,7 @@ fn what_was_set_in_blender_comes_through() {
     assert_eq!((alpha, glass.name.as_str()), (0.0, "Glass"));
     assert!((glass.ior.nd() - 1.6).abs() < 1e-6 && (glass.ior.vd() - 40.0).abs() < 0.2, "{} {}", glass.ior.nd(), glass.ior.vd());
     // A density of 2 lets the colour through over half a metre.
-    let through = abbe::spectrum::upsample::color_of_reflectance(|nm| (-0.5 * glass.sigma_a.eval(nm)).exp());
+    let through = abbe::color::upsample::color_of_reflectance(|nm| (-0.5 * glass.sigma_a.eval(nm)).exp());
     assert!(through.iter().zip([0.5, 0.9, 0.7]).all(|(a, b)| (a - b).abs() < 3e-3), "{through:?}");
     let Material::Coated { base, .. } = scene.materials[shape(1).material] else { panic!("not glossy") };
     let Material::Diffuse { reflectance } = &scene.materials[base] else { panic!("not diffuse") };

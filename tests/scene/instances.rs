@@ -1,7 +1,8 @@
 //! Meshes that stand in many places are stored once.
 
 use crate::{load_text, scene_with};
-use abbe::gpu::{Gpu, GpuScene};
+use abbe::gpu::Gpu;
+use abbe::gpu::scene::GpuScene;
 use abbe::scene::{Geometry, Instance, LoadOptions, Scene, load, load_str};
 use glam::DVec3;
 use serde_json::{Value, json};

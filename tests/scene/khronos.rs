@@ -1,8 +1,8 @@
 //! Files that Khronos made or collected to try readers of glTF with.
 
 use crate::folder;
+use abbe::color::upsample::color_of_reflectance;
 use abbe::scene::{Geometry, LoadOptions, Material, Scene, load};
-use abbe::spectrum::upsample::color_of_reflectance;
 use glam::{DVec3, dvec2};
 
 fn sample(name: &str) -> Scene {

@@ -1,9 +1,9 @@
 //! Pictures on surfaces: how scenes, meshes and glTF files name them, and where their texels end up.
 
 use crate::scene_with;
+use abbe::color::upsample::color_of_reflectance;
 use abbe::scene::texture::{ImageTexture, Wrap};
 use abbe::scene::{Geometry, LoadOptions, Material, Scene, Texture, load};
-use abbe::spectrum::upsample::color_of_reflectance;
 use glam::{DVec2, DVec3, dvec2};
 use serde_json::{Value, json};
 use std::path::PathBuf;

@@ -143,3 +143,43 @@ fn extrapolated_glass_is_said() {
     let scene = load_text(&scene_with("materials", materials)).unwrap();
     assert!(scene.notes.len() == 1 && scene.notes[0].contains("400 to 700"), "{:?}", scene.notes);
 }
+
+#[test]
+fn light_beyond_single_precision_is_refused_where_it_stands() {
+    let scene = |lights: &str, emission: &str| {
+        format!(
+            r#"{{"film": {{"width": 2, "height": 2, "bins": 2}},
+            "camera": {{"orthographic": {{"eye": [0, 0, 5], "target": [0, 0, 0], "height": 1}}}},
+            "materials": {{"m": {{"diffuse": {{"reflectance": 0.5}}}}}},
+            "shapes": [{{"sphere": {{"center": [0, 0, 0], "radius": 1}}, "material": "m"{emission}}}], "lights": [{lights}]}}"#
+        )
+    };
+    let load =
+        |text: &str| abbe::scene::load_str(text, std::path::Path::new("s.json"), std::path::Path::new("."), &Default::default());
+    let beam = r#""origin": [0, 5, 0], "direction": [0, -1, 0], "radius": 1"#;
+    for (amount, problem) in
+        [("1e33", "too bright"), ("1e60", "too bright"), ("1e300", "too bright"), ("1e-40", "too dark"), ("1e-300", "too dark")]
+    {
+        let lights = [
+            format!(r#"{{"point": {{"position": [0, 3, 0], "intensity": {amount}}}}}"#),
+            format!(r#"{{"point": {{"position": [0, 3, 0], "intensity": {{"spectrum": 1, "luminous_flux_lm": {amount}}}}}}}"#),
+            format!(
+                r#"{{"spot": {{"position": [0, 3, 0], "direction": [0, -1, 0], "outer_deg": 20, "intensity": [[300, 0], [500, {amount}], [900, 0]]}}}}"#
+            ),
+            format!(r#"{{"beam": {{{beam}, "irradiance": {{"blackbody": 5000, "scale": {amount}}}}}}}"#),
+            format!(r#"{{"laser": {{{beam}, "wavelength_nm": 532, "power_W": {amount}}}}}"#),
+            format!(r#"{{"sun": {{"direction": [0, -1, 0], "irradiance": {amount}}}}}"#),
+            format!(r#"{{"constant": {{"radiance": {amount}}}}}"#),
+        ];
+        for light in lights {
+            let error = load(&scene(&light, "")).expect_err(&light).to_string();
+            assert!(error.contains("$.lights[0]") && error.contains(problem), "{light}: {error}");
+        }
+        let emission = format!(r#", "emission": {{"radiance": {amount}}}"#);
+        let error = load(&scene("", &emission)).expect_err(amount).to_string();
+        assert!(error.contains("$.shapes[0].emission") && error.contains(problem), "{error}");
+    }
+    for amount in ["0", "1e-18", "1e18"] {
+        load(&scene(&format!(r#"{{"constant": {{"radiance": {amount}}}}}"#), "")).expect(amount);
+    }
+}

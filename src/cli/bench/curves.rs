@@ -1,6 +1,6 @@
 //! Error over time: slopes, and how much longer one method takes to the error of another.
 
-use crate::output::plot::{self, Axis, Plot};
+use crate::cli::plot::{self, Axis, Plot};
 
 /// A method's relMSE of luminance over time.
 pub struct Curve {

@@ -58,7 +58,7 @@ fn case(name: String, scene: Result<Scene>, base: usize, limit: Option<f64>) -> 
 
 /// Error and time of a scene, and what they come to: time for an error of 1 %.
 fn lit(args: &Args, name: &str, scene: &Scene, plan: Plan, report: &mut Report) -> Result<()> {
-    let by = if plan.has("LIGHT_GRID") { "by a grid" } else { "by power" };
+    let by = if plan.has(crate::integrator::Feature::LightGrid) { "by a grid" } else { "by power" };
     let mut integrator = GpuIntegrator::with_plan(scene, args.device.as_deref(), args.seed, plan)?;
     let mut film = Film::try_new(&scene.film)?;
     let mut warm = Film::try_new(&scene.film)?;

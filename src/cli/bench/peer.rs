@@ -3,9 +3,10 @@
 use super::clock::Spent;
 use crate::error::{Error, Result};
 use crate::output::write_text;
-use crate::render::{BatchStats, Progress};
+use crate::render::Progress;
 use crate::scene::{Geometry, Material, Mesh, Scene, Sensor, Shape, Texture};
 use crate::spectrum::{Ior, Spectrum};
+use crate::stats::BatchStats;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader, Write};

@@ -3,10 +3,11 @@
 use super::clock::{Spent, machine, today};
 use super::curves::{self, Curve};
 use super::reference::RelativeMse;
+use crate::cli::plot;
 use crate::cli::print::{note, out, percent, si};
 use crate::error::Result;
 use crate::gpu::list_adapters;
-use crate::output::{plot, write_text};
+use crate::output::write_text;
 use crate::render::Progress;
 use serde_json::{Value, json};
 use std::path::Path;

@@ -7,8 +7,9 @@ use crate::cli::print::{out, si};
 use crate::error::Result;
 use crate::film::Film;
 use crate::integrator::{GpuIntegrator, Plan, Techniques};
-use crate::render::{BatchStats, Counts, Integrator};
+use crate::render::Integrator;
 use crate::scene::Scene;
+use crate::stats::{BatchStats, Counts};
 use serde_json::{Value, json};
 use std::time::Duration;
 

@@ -10,8 +10,9 @@ use crate::error::Result;
 use crate::film::Film;
 use crate::integrator::GpuIntegrator;
 use crate::integrator::{Plan, Techniques};
-use crate::render::{BatchStats, Integrator};
+use crate::render::Integrator;
 use crate::scene::LoadOptions;
+use crate::stats::BatchStats;
 use serde_json::{Value, json};
 
 /// Resolutions of the camera pass alone, the first being what others are compared with; and with light paths, whose cost grows with pixels times tiles.

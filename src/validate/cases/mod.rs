@@ -5,6 +5,7 @@ mod glass;
 mod hard;
 mod lenses;
 mod light;
+mod matched;
 mod numerics;
 mod refraction;
 mod uniform;
@@ -25,6 +26,7 @@ pub fn all() -> Vec<Case> {
         light::cases(),
         numerics::cases(),
         hard::cases(),
+        matched::cases(),
     ]
     .into_iter()
     .flatten()

@@ -1,0 +1,185 @@
+// Solid glass: the boundary between two volumes. Smooth, or GGX with reciprocal energy compensation (the model and its tables: src/bsdf/energy.rs).
+#include "bsdf/bsdf.wgsl"
+#include "bsdf/fresnel.wgsl"
+#if ROUGH_DIELECTRIC
+#include "bsdf/energy.wgsl"
+#endif
+#if ROUGH_DIELECTRIC
+#include "bsdf/ggx.wgsl"
+#endif
+#if DISPERSION
+#include "path/collapse.wgsl"
+#endif
+
+// Index beyond over index on the side of the path, of one wavelength.
+fn relative_index(b: ptr<function, Bsdf>, lane: u32) -> f32 {
+    return spectrum_at((*b).far_row, lane) / spectrum_at((*b).near_row, lane);
+}
+
+#if SMOOTH_DIELECTRIC
+// Reflectance between the indices in two rows, through the film that may lie there.
+fn interface_reflectance(m: Material, cos_i: f32, near_row: u32, far_row: u32, k: u32) -> vec4f {
+#if FILM
+    if (m.c != 0u) {
+        return film_reflectance(m, cos_i, spectrum(near_row, k), spectrum(far_row, k), vec4f(0.0), k);
+    }
+#endif
+    return fresnel_dielectric(cos_i, spectrum(far_row, k) / spectrum(near_row, k));
+}
+
+// Reflection, or refraction with the collapse of the wavelengths where the index depends on them.
+fn sample_smooth_dielectric(b: ptr<function, Bsdf>, d: vec3f, n: vec3f) -> BsdfSample {
+    let m = (*b).m;
+    let near_row = (*b).near_row;
+    let far_row = (*b).far_row;
+    let cos_i = min(-dot(d, n), 1.0);
+#if DISPERSION || FILM
+    // Reflection has the same direction at every wavelength: one choice for all, by the mean Fresnel reflectance of what the path carries.
+    var fresnel: Spectrum;
+    var reflected = vec4f(0.0);
+    for (var k = 0u; k < LANES4; k++) {
+        fresnel[k] = interface_reflectance(m, cos_i, near_row, far_row, k);
+        reflected += beta[k] * fresnel[k];
+    }
+    let total = sum_beta();
+    let q = select(0.0, sum4(reflected) / total, total > 0.0);
+    let reflects = event_choice.x < q;
+    for (var k = 0u; k < LANES4; k++) {
+        beta[k] *= select((1.0 - fresnel[k]) / (1.0 - q), fresnel[k] / q, reflects);
+    }
+#else
+    let reflects = event_choice.x < interface_reflectance(m, cos_i, near_row, far_row, 0u).x;
+#endif
+    if (reflects) {
+        return BsdfSample(normalize(d + 2.0 * cos_i * n), vec3f(0.0, 0.0, cos_i), true);
+    }
+    var lane = select(path.lane, 0u, path.lane == NONE);
+#if DISPERSION
+    if (path.lane == NONE && (*b).dispersive) {
+        lane = collapse_wavelengths();
+    }
+#endif
+    let eta = relative_index(b, lane);
+    let cos_t2 = cos_transmitted_squared(cos_i, vec4f(eta)).x;
+    let refracted = refracted_radiance(vec4f(eta)).x;
+    path.start *= refracted; // undone where the path leaves the glass again: roulette must not see it
+    scale_beta(refracted);
+    // Total reflection of the wavelength that was kept ends the path: others have chosen to refract.
+    return BsdfSample(refracted_direction(d, n, cos_i, eta, cos_t2), vec3f(0.0, 0.0, select(0.0, -1.0, cos_t2 > 0.0)), true);
+}
+#endif
+
+#if ROUGH_DIELECTRIC
+// Row of the energy table and weight for a relative index.
+fn eta_cell(eta: f32) -> vec2f {
+    let f = eta_rows(vec4f(eta)).x;
+    let i = min(floor(f), f32(ENERGY_ETA - 2u));
+    return vec2f(i, f - i);
+}
+
+// (1 - E(mu), M) of the side that sees relative index eta.
+fn missing_energy(table: u32, mu: f32, eta: f32) -> vec2f {
+    let e = eta_cell(eta);
+    let c = centred(mu, ENERGY_MU);
+    let at = table + u32(e.x) * ENERGY_MU + u32(c.x);
+    let missing = mix(mix(tables[at], tables[at + 1u], c.y), mix(tables[at + ENERGY_MU], tables[at + ENERGY_MU + 1u], c.y), e.y);
+    let averages = table + ENERGY_ETA * ENERGY_MU + u32(e.x);
+    return vec2f(missing, mix(tables[averages], tables[averages + 1u], e.y));
+}
+
+// One wavelength: x = f |cos wi| without the factor of refracted radiance, y = pdf. `eta` = index beyond / index on wo's side.
+fn rough_dielectric_lane(m: Material, wo: vec3f, wi: vec3f, eta: f32) -> vec2f {
+    let reflects = wi.z > 0.0;
+    var single = 0.0;
+    var h = wo + wi;
+    if (!reflects) {
+        h = -(wo + eta * wi);
+        h = select(h, -h, h.z < 0.0);
+    }
+    let h_length = length(h);
+    if (h_length > 0.0) {
+        h /= h_length;
+        let oh = dot(wo, h);
+        let ih = dot(wi, h);
+        if (oh > 0.0 && select(-ih, ih, reflects) > 0.0) {
+            let f = fresnel_dielectric(oh, vec4f(eta)).x;
+            let s = oh + eta * ih;
+            let jacobian = select(eta * eta * abs(ih) / max(s * s, 1e-20), 0.25 / oh, reflects);
+            single = select(1.0 - f, f, reflects) * pdf_visible_normal(wo, h, Width(m.alpha)) * jacobian;
+        }
+    }
+    let here = missing_energy(m.table, wo.z, eta);
+    let there = missing_energy(m.table, abs(wi.z), select(1.0 / eta, eta, reflects));
+    let beyond = eta * eta * missing_energy(m.table, 1.0, 1.0 / eta).y;
+    let total = here.y + beyond;
+    var multiple = 0.0;
+    var multiple_pdf = abs(wi.z) * INV_PI;
+    if (there.y > ENERGY_MIN_MEAN && total > 0.0) {
+        let share = select(beyond, here.y, reflects) / total;
+        multiple = share * here.x * there.x * abs(wi.z) * INV_PI / there.y;
+        multiple_pdf *= share;
+    } else {
+        multiple_pdf *= 0.5;
+    }
+    return vec2f(single * shadowing(wo, wi, Width(m.alpha)) + multiple, mix(single, multiple_pdf, here.x));
+}
+
+// The density is that of the mixture over wavelengths, weighted by the throughput; that of multiple importance sampling is of one wavelength, the same for
+// all, since the mixture at the other end of the path is not known.
+fn eval_rough_dielectric(b: ptr<function, Bsdf>, wo: vec3f, wi: vec3f, f: ptr<function, Spectrum>) -> BsdfPdf {
+    let m = (*b).m;
+    var pdf = 0.0;
+    let total = sum_beta();
+    for (var k = 0u; k < LANES4; k++) {
+        let eta = spectrum((*b).far_row, k) / spectrum((*b).near_row, k);
+        var g = vec4f(0.0);
+        for (var c = 0u; c < 4u; c++) {
+            if (beta[k][c] > 0.0) {
+                let r = rough_dielectric_lane(m, wo, wi, eta[c]);
+                g[c] = r.x;
+                pdf += beta[k][c] * r.y;
+            }
+        }
+        (*f)[k] = select(g * refracted_radiance(eta), g, wi.z > 0.0);
+    }
+    let eta = relative_index(b, LANES / 2u);
+    let forward = rough_dielectric_lane(m, wo, wi, eta).y;
+    var reverse = 0.0;
+    if (wi.z > 0.0) {
+        reverse = rough_dielectric_lane(m, wi, wo, eta).y;
+    } else {
+        reverse = rough_dielectric_lane(m, -wi, -wo, 1.0 / eta).y;
+    }
+    return BsdfPdf(select(0.0, pdf / total, total > 0.0), forward, reverse);
+}
+
+// Direction sampled for one wavelength; z = 0 marks failure (absorbed, its energy is in the compensation).
+fn sample_rough_dielectric_lane(m: Material, wo: vec3f, eta: f32, u_lobe: vec2f, u: vec2f) -> vec3f {
+    let here = missing_energy(m.table, wo.z, eta);
+    if (u_lobe.x < here.x) {
+        let beyond = eta * eta * missing_energy(m.table, 1.0, 1.0 / eta).y;
+        let total = here.y + beyond;
+        let share = select(0.5, here.y / total, total > 0.0);
+        let w = sample_cosine(u);
+        return select(vec3f(w.xy, -w.z), w, u_lobe.y < share);
+    }
+    let h = sample_visible_normal(wo, Width(m.alpha), u);
+    let oh = dot(wo, h);
+    let f = fresnel_dielectric(oh, vec4f(eta)).x;
+    if (u_lobe.y < f) {
+        let wi = reflect(-wo, h);
+        return select(vec3f(0.0), wi, wi.z > 0.0);
+    }
+    let c2 = cos_transmitted_squared(oh, vec4f(eta)).x;
+    let wi = normalize(-wo / eta + (oh / eta - sqrt(max(c2, 0.0))) * h);
+    return select(vec3f(0.0), wi, wi.z < 0.0);
+}
+
+// One of the wavelengths chooses for all.
+fn sample_rough_dielectric(b: ptr<function, Bsdf>, wo: vec3f) -> vec3f {
+    let eta = relative_index(b, sample_lane(next_1d()));
+    let wi = sample_rough_dielectric_lane((*b).m, wo, eta, next_2d(), event_direction);
+    path.start *= select(refracted_radiance(vec4f(relative_index(b, LANES / 2u))).x, 1.0, wi.z > 0.0);
+    return wi;
+}
+#endif

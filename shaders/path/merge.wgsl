@@ -1,0 +1,193 @@
+// Gathering: what is seen through or in metal and glass. The first diffuse or foggy vertex of a camera path that something has bent is left as a visible
+// point in a hash grid; light paths of the same pass add to the pixels of all points around their vertices (progressive photon mapping the other way
+// round: Hachisuka et al. 2008, Knaus & Zwicker 2011). Sums are integers, so the order of a cell's list does not matter.
+//
+// In the table come first the links of all points, close together since searches go through many; then of each point its VisiblePoint, where there is
+// sheen its PointSheen, and its throughput.
+#include "common/params.wgsl"
+#include "common/sampler.wgsl"
+#include "common/spectra.wgsl"
+#include "path/state.wgsl"
+#include "path/mis.wgsl"
+#include "bsdf/bsdf.wgsl"
+#if LIGHT_PATHS
+#include "sensor/connect.wgsl"
+#endif
+
+#if SHEEN
+const POINT_HEAD = TEXELS_OF_VisiblePoint + TEXELS_OF_PointSheen;
+#else
+const POINT_HEAD = TEXELS_OF_VisiblePoint;
+#endif
+const POINT_STRIDE = POINT_HEAD + LANES4;
+const FOG_POINT = 0x80000000u; // of VisiblePoint.about
+
+// Cells are as wide as the largest kernel, so that a kernel reaches into no more than eight.
+fn cell_of(p: vec3f) -> vec3i {
+    return vec3i(floor(p / (2.0 * gather_radius(params.gather_reach))));
+}
+
+// Every pass has HEADS of its own: what a pass looks up lies together, as its points do.
+fn cell_head(cell: vec3i, pass_index: u32) -> u32 {
+    let c = vec3u(cell);
+    return pass_index * HEADS + (hash(c.x * 0x9e3779b1u ^ hash(c.y * 0x85ebca77u ^ hash(c.z * 0xc2b2ae3du))) & (HEADS - 1u));
+}
+
+// Where the rest of a point begins.
+fn rest_of_point(slot: u32) -> u32 {
+    return POINTS + slot * POINT_STRIDE;
+}
+
+#if CAMERA_PATHS
+@group(0) @binding(16) var points: WritableTable<vec4f, PointLink, VisiblePoint, PointSheen>;
+@group(0) @binding(17) var<storage, read_write> heads: array<atomic<u32>>;
+
+var<private> point_slot: u32; // where this path's point goes
+
+// Leaves a visible point where the path scatters.
+fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function, Bsdf>) {
+    let p = (*at).s.p;
+    let in_medium = (*at).extinction > 0.0;
+    let first = rest_of_point(point_slot);
+    let next = atomicExchange(&heads[cell_head(cell_of(p), pass_of_path)], point_slot + 1u);
+    store_PointLink_at(point_slot, PointLink(p.x, p.y, p.z, next));
+    let about = select(0u, FOG_POINT, in_medium) | min(path.depth, 0x7fffu) << 16u | min(path.lane, 255u) << 8u | pass_of_path;
+    var medium_or_coat = 0u;
+#if COAT
+    medium_or_coat = (*b).coat + 1u;
+#endif
+#if SCATTERING
+    medium_or_coat = select(medium_or_coat, bitcast<u32>((*b).m.alpha), in_medium);
+#endif
+    let normal = select((*at).ns, ray.d, in_medium);
+    let connection = path.joins / f32(params.light_paths);
+    store_VisiblePoint_at(first, VisiblePoint(vec4f(normal, gather_radius(path.length)), sampled_pixel, about, medium_or_coat, connection));
+#if SHEEN
+    store_PointSheen_at(first + TEXELS_OF_VisiblePoint, PointSheen((*b).sheen, (*b).sheen_entered, 0u, 0u));
+#endif
+    for (var k = 0u; k < LANES4; k++) {
+        var throughput = beta[k];
+#if DIFFUSE
+        throughput *= select(INV_PI * diffuse_reflectance(b, k), vec4f(1.0), in_medium);
+#endif
+#if SCATTERING
+        // Light paths bring the scattering coefficient a second time.
+        let sigma_s = spectrum((*b).m.a, k);
+        throughput *= select(vec4f(1.0), select(vec4f(0.0), 1.0 / sigma_s, sigma_s > vec4f(0.0)), in_medium);
+#endif
+        store_points(first + POINT_HEAD + k, throughput);
+    }
+}
+#else
+@group(0) @binding(16) var points: Table<vec4f, PointLink, VisiblePoint, PointSheen>;
+@group(0) @binding(17) var<storage, read> heads: array<u32>;
+
+// Adds this vertex, the path's of this number, to all points around it; normals are on the side that a surface is lit from.
+fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
+    let pass_index = pass_of_path;
+    let in_fog = v.extinction > 0.0;
+    // The lower of the two cells along each axis that the largest kernel can reach into.
+    let reach = gather_radius(params.gather_reach);
+    let first = cell_of(v.p - reach);
+    var corner = 0u;
+    var cell: vec3i;
+    var next = 0u;
+    loop {
+        // The next point within reach. Software drivers execute all of a loop for each of its turns, so that this one has little in it.
+        var found = NONE;
+        while (found == NONE && (next != 0u || corner < 8u)) {
+            if (next == 0u) {
+                cell = first + vec3i(vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u));
+                next = heads[cell_head(cell, pass_index)];
+                corner += 1u;
+            }
+            if (next != 0u) {
+                let link = load_PointLink(next - 1u);
+                let to_point = vec3f(link.x, link.y, link.z) - v.p;
+                found = select(NONE, next - 1u, dot(to_point, to_point) < reach * reach);
+                next = link.next;
+            }
+        }
+        if (found == NONE) {
+            break;
+        }
+        let link = load_PointLink(found);
+        let place = vec3f(link.x, link.y, link.z);
+        let to_point = place - v.p;
+        let at = rest_of_point(found);
+        let point = load_VisiblePoint_at(at);
+        let normal = point.normal.xyz;
+        let radius = point.normal.w;
+        let about = point.about;
+        let lane = (about >> 8u) & 0xffu;
+        // Another cell of the same head may hold the point, and have it looked at a second time.
+        if (dot(to_point, to_point) > radius * radius || (about & 0xffu) != pass_index || any(cell_of(place) != cell)
+            || (lane != 255u && path.lane != NONE && lane != path.lane) || (about >= FOG_POINT) != in_fog) {
+            continue;
+        }
+        // Together no longer than a path may be.
+        if (number + ((about >> 16u) & 0x7fffu) > params.max_depth + 1u) {
+            continue;
+        }
+        var camera = v;
+        // Veach's correction for shading normals, as in adjoint_correction.
+        var factor = select(v.cos_from / max(abs(dot(ray.d, n)), 1e-20), 1.0, in_fog);
+#if SCATTERING
+        if (in_fog) {
+            factor = phase_hg(-dot(normal, ray.d), bitcast<f32>(point.medium_or_coat));
+            camera.reverse = factor;
+        }
+#endif
+        if (!in_fog && (dot(normal, ns) < 0.9 || abs(dot(to_point, n)) > 0.2 * radius || dot(normal, ray.d) >= 0.0)) {
+            // Another surface, or its other side.
+            continue;
+        }
+#if SHEEN
+        let over = load_PointSheen_at(at + TEXELS_OF_VisiblePoint);
+        factor *= out_of_sheen(over.sheen, over.entered, min(abs(dot(normal, ray.d)), 1.0));
+#endif
+        let measure = gather_measure(camera, radius);
+        let gathered = path.emission * safe_ratio(measure * camera.cos_from, camera.reverse);
+        let others = camera_density_at(camera, number) + path.emission * point.connection;
+#if COAT
+        var there: Bsdf;
+        there.coat = select(point.medium_or_coat - 1u, NONE, in_fog);
+        look_at_coat(&there, load_Material(select(there.coat, 0u, there.coat == NONE)));
+        var out = coat_transmittance(&there, min(abs(dot(normal, ray.d)), 1.0));
+#endif
+        let kernel = select(measure, measure / v.extinction, in_fog);
+        let w = factor / (kernel * (1.0 + safe_ratio(others, gathered)));
+        for (var k = 0u; k < LANES4; k++) {
+            pending[k] = w * beta[k] * load_points(at + POINT_HEAD + k);
+#if COAT
+            pending[k] *= if_coated(&there, out[k]);
+#endif
+        }
+        let pixel = point.pixel;
+        splat_pixel = vec2u(pixel % params.image_width, pixel / params.image_width);
+        splat(select(lane, path.lane, lane == 255u));
+    }
+}
+#endif
+
+#if LIGHT_PATHS
+#if DIFFUSE
+// What arrives at a surface that may be diffuse is gathered before chance decides what the surface is: the points know which part of a mixture they are of.
+fn gather_at_surface(ray: Ray, s: Surface) {
+    let flip = select(1.0, -1.0, dot(ray.d, s.n) > 0.0);
+    let cos_from = -flip * dot(ray.d, s.ns);
+    if (cos_from > 0.0 && path.depth < params.max_depth) {
+        let v = Vertex(s.p, cos_from, 1.0, 0.0, cos_from * INV_PI, false, 0.0);
+        gather(ray, v, path.depth + 1u, flip * s.n, flip * s.ns);
+    }
+}
+#endif
+
+#if SCATTERING
+fn gather_in_medium(ray: Ray, at: ptr<function, Interaction>) {
+    if (path.depth < params.max_depth) {
+        gather(ray, Vertex((*at).s.p, 1.0, 1.0, 0.0, 0.0, false, (*at).extinction), path.depth + 1u, vec3f(0.0), vec3f(0.0));
+    }
+}
+#endif
+#endif

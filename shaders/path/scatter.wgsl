@@ -1,0 +1,219 @@
+// Scattering at a vertex, of whatever kind: a connection (of camera paths to a light, of light paths to the sensor), and a new direction.
+#include "common/sampler.wgsl"
+#include "bsdf/bsdf.wgsl"
+#include "geometry/surface.wgsl"
+#if GRAIN
+#include "geometry/grain.wgsl"
+#endif
+#if INTERIORS
+#include "medium/interiors.wgsl"
+#endif
+#if LIGHTS_PRESENT
+#include "light/lights.wgsl"
+#endif
+#if LIGHT_PATHS
+#include "sensor/connect.wgsl"
+#endif
+#include "path/state.wgsl"
+#include "path/mis.wgsl"
+#if GATHERED
+#include "path/merge.wgsl"
+#endif
+
+#if CONNECT
+#endif
+
+// Where a path scatters, and what scatters it.
+struct Interaction {
+    bsdf: Bsdf,
+    s: Surface, // in a medium one at right angles to the path, without error
+    n: vec3f, // geometric normal on the side of the path; in a medium its direction, as `ns`
+    ns: vec3f, // shading normal on the side of the path
+    cos_from: f32, // cosine to where the path comes from, 1 in a medium
+    extinction: f32, // of a medium, 0 on a surface
+#if INTERIORS
+    here: vec4u, // volumes on the side of the path
+    beyond: vec4u, // and on the other side
+#endif
+}
+
+// Random numbers of an event, drawn in one place for all materials: lanes that meet different ones would otherwise wait for each other's.
+var<private> event_choice: vec2f; // of a light or of reflection; of survival
+var<private> event_light: vec2f; // on the light or the lens; of a wavelength
+var<private> event_direction: vec2f;
+
+fn draw_event() {
+    event_choice = next_2d();
+    event_light = next_2d();
+    event_direction = next_2d();
+}
+
+// Russian roulette from the fourth event on, surviving by the mean throughput of the carried wavelengths.
+fn survives_roulette() -> bool {
+    let mean_beta = sum_beta() / f32(LANES);
+    if (mean_beta <= 0.0) {
+        return false;
+    }
+    if (path.depth < 4u) {
+        return true;
+    }
+    let p = clamp(mean_beta / path.start, 0.05, 1.0);
+    scale_beta(1.0 / p);
+    return event_choice.y < p;
+}
+
+// A factor on what leaves along `w` (cosine `mu`): sheen over the surface, and Veach's correction for shading normals (1997, eq. 5.19), of flux that
+// comes along `d`.
+fn leaving_factor(at: ptr<function, Interaction>, d: vec3f, w: vec3f, mu: f32) -> f32 {
+    var factor = 1.0;
+#if ADJOINT_NORMALS
+    factor = abs(dot(d, (*at).ns) * dot(w, (*at).n)) / max(abs(dot(d, (*at).n) * dot(w, (*at).ns)), 1e-20);
+#endif
+#if SHEEN
+    factor *= out_of_sheen((*at).bsdf.sheen, (*at).bsdf.sheen_entered, mu);
+#endif
+    return factor;
+}
+
+// The vertex as multiple importance sampling sees it, for a direction of cosine `mu`.
+fn vertex_towards(at: ptr<function, Interaction>, mu: f32, densities: BsdfPdf) -> Vertex {
+    let in_medium = (*at).extinction > 0.0;
+    let cos_to = select(abs(mu), 1.0, in_medium);
+    return Vertex((*at).s.p, (*at).cos_from, cos_to, densities.forward, densities.reverse, !is_merging((*at).bsdf.m.kind), (*at).extinction);
+}
+
+#if INTERIORS
+// Volumes on the side that a direction of cosine `mu` goes to.
+fn volumes_towards(at: ptr<function, Interaction>, mu: f32) -> vec4u {
+    return select((*at).beyond, (*at).here, mu > 0.0 || (*at).extinction > 0.0);
+}
+#endif
+
+#if CONNECT
+#if LIGHT_PATHS
+// The sensor, seen from `p`.
+fn connect(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
+    return connect_to_sensor(p, u_choice, u);
+}
+
+fn light_spectrum(light: LightSample, k: u32) -> vec4f {
+    return vec4f(1.0);
+}
+#else
+// A point of a light, seen from `p`.
+fn connect(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
+    return sample_light(p, u_choice, u);
+}
+
+// Radiance, intensity or irradiance of the sampled light.
+fn light_spectrum(light: LightSample, k: u32) -> vec4f {
+#if ENV_IMAGE
+    if (light.texel != NONE) {
+        return environment_radiance(load_Light(ENVIRONMENT_LIGHT), light.texel, k);
+    }
+#endif
+#if LIGHT_TEXTURES
+    if (light.is_textured) {
+        return light_color[k];
+    }
+#endif
+    return spectrum(light.row, k);
+}
+#endif
+
+// Sends the shadow ray of `pending` first, `next` after it (or nothing, if the path does not survive).
+fn shadow_then(next: Ray, survives: bool, light: LightSample, o: vec3f, from_primitive: u32) -> Ray {
+    next_ray = next;
+#if CONTACT
+    next_beside = beside;
+#endif
+    next_ray.t_max = select(0.0, next.t_max, survives);
+    path.in_shadow = true;
+#if PASS_THROUGH
+    return Ray(o, light.distance, light.wi, from_primitive, light.primitive, false);
+#else
+    return Ray(o, light.distance, light.wi, from_primitive, light.primitive, true);
+#endif
+}
+
+#if INTERIORS
+// Volumes that the shadow ray starts in.
+fn shadow_starts_in(volumes: vec4u, light: LightSample) {
+#if PASS_THROUGH
+    shadow_inside = volumes;
+#elif MEDIA
+    attenuate_pending(ruling_interior(volumes), light.distance);
+#endif
+}
+#endif
+#endif
+
+// Takes a path that arrives by `ray` on from `at`: returns its next ray, or that of a connection which goes first.
+fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
+    if ((*at).cos_from <= 0.0) {
+        // Seen or lit from behind its shading normal a surface is black, for both passes alike.
+        return end_path(ray);
+    }
+    var b = (*at).bsdf;
+    let s = (*at).s;
+#if GRAIN
+    let frame = frame_along_grain(b.m, s, (*at).ns);
+#else
+    let frame = frame_around((*at).ns);
+#endif
+    let wo = -ray.d * frame;
+    let specular = is_specular(b.m);
+    var f: Spectrum;
+#if CAMERA_PATHS
+#if GATHERED
+    if (path.view == VIEW_BENT && is_merging(b.m.kind)) {
+        leave_visible_point(ray, at, &b);
+    }
+#endif
+#endif
+#if CONNECT
+    var light: LightSample;
+    var lit = false;
+    if (!specular) {
+        light = connect(s.p, event_choice.x, event_light);
+        let wl = light.wi * frame;
+        lit = light.weight > 0.0 && dot((*at).n, light.wi) * wl.z > 0.0;
+        if (lit) {
+            let densities = eval_bsdf(&b, wo, wl, &f);
+            let w = connection_weight(light, vertex_towards(at, wl.z, densities)) * leaving_factor(at, ray.d, light.wi, wl.z);
+            for (var k = 0u; k < LANES4; k++) {
+                pending[k] = w * beta[k] * f[k] * light_spectrum(light, k);
+            }
+#if INTERIORS
+            shadow_starts_in(volumes_towards(at, wl.z), light);
+#endif
+        }
+    }
+#endif
+    let sampled = sample_bsdf(&b, ray.d, frame, wo);
+    var pdf = -1.0;
+    if (!sampled.is_specular) {
+        let densities = eval_bsdf(&b, wo, sampled.wi, &f);
+        let weight = select(0.0, 1.0 / densities.pdf, densities.pdf > 0.0);
+        for (var k = 0u; k < LANES4; k++) {
+            beta[k] *= f[k] * weight;
+        }
+        pdf = densities.forward;
+        leave_vertex(vertex_towards(at, sampled.wi.z, densities));
+    }
+    scale_beta(leaving_factor(at, ray.d, sampled.d, sampled.wi.z));
+#if INTERIORS
+    inside = volumes_towards(at, sampled.wi.z);
+#endif
+    let survives = dot((*at).n, sampled.d) * sampled.wi.z > 0.0 && survives_roulette();
+    path.pdf = pdf;
+    path.last_vertex = s.p;
+    let next = Ray(leave(s, sampled.d), INFINITE, sampled.d, s.primitive, NONE, false);
+#if CONNECT
+    if (lit) {
+        return shadow_then(next, survives, light, leave(s, light.wi), s.primitive);
+    }
+#endif
+    path.ended = !survives;
+    return next;
+}

@@ -1,0 +1,161 @@
+//! From CIE XYZ to a picture: exposure, white balance, tone curve, gamut, encoding, dither. The one way for `abbe render` and `abbe develop`.
+
+use super::gamut::{Gamut, GamutMap, shoulder};
+use super::tone::{Tone, ToneCurve};
+use crate::color::adapt::{self, Method, White};
+use crate::color::cie::{xyz_of_unit, xyz_of_xy};
+use crate::color::convert::{Matrix, apply, multiply};
+use crate::color::space::{D65, Space, Transfer};
+use crate::spectrum::library::Observer;
+use rayon::prelude::*;
+
+/// What makes a picture of XYZ.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Development {
+    /// Observer of the XYZ.
+    pub observer: Observer,
+    /// Exposure in stops. At 0, white is the luminance of the equal-energy spectrum of 1 W m^-2 sr^-1 nm^-1; each stop doubles.
+    pub exposure: f64,
+    /// The light that is to look white; `None` is D65.
+    pub white: Option<White>,
+    /// How it is made so.
+    pub method: Method,
+    /// Tone curve.
+    pub tone: Tone,
+    /// Colour space of the picture.
+    pub space: Space,
+    /// What is done about colours that it cannot show.
+    pub gamut: Gamut,
+}
+
+impl Default for Development {
+    /// sRGB as the 1931 observer sees it, at exposure 0.
+    fn default() -> Self {
+        Development {
+            observer: Observer::Cie1931,
+            exposure: 0.0,
+            white: None,
+            method: Method::default(),
+            tone: Tone::default(),
+            space: Space::Srgb,
+            gamut: Gamut::default(),
+        }
+    }
+}
+
+/// A development made ready for many pixels.
+#[derive(Debug, Clone)]
+pub struct Developer {
+    /// XYZ in cd m^-2 to linear RGB, exposure and white balance included.
+    pub(super) to_rgb: Matrix,
+    pub(super) tone: ToneCurve,
+    pub(super) gamut: Gamut,
+    pub(super) map: GamutMap,
+    pub(super) transfer: Transfer,
+}
+
+impl Developer {
+    /// Works out what all pixels share.
+    pub fn new(d: &Development) -> Self {
+        let from = match (&d.white, d.observer) {
+            (Some(white), observer) => white.xyz(observer),
+            // As the display spaces round it, so that nothing at all is done for them.
+            (None, Observer::Cie1931) => xyz_of_xy(D65),
+            (None, Observer::Cie1964) => White::illuminant("D65").map_or(xyz_of_xy(D65), |white| white.xyz(d.observer)),
+        };
+        let to = xyz_of_xy(d.space.white());
+        let from_xyz = d.space.from_xyz();
+        let balanced = if from == to { from_xyz } else { multiply(&from_xyz, &adapt::matrix(from, to, d.method)) };
+        let gain = d.exposure.exp2() / xyz_of_unit(d.observer)[1];
+        Developer {
+            to_rgb: balanced.map(|row| row.map(|v| v * gain)),
+            tone: ToneCurve::new(d.tone, d.space),
+            gamut: d.gamut,
+            map: GamutMap::new(d.space),
+            transfer: d.space.transfer(),
+        }
+    }
+
+    /// Linear RGB of a pixel's XYZ in cd m^-2. What is not finite, or has no luminance, is black.
+    ///
+    /// Where colours are mapped into the gamut and the largest component still exceeds 0.9 (1 after a tone curve that ends there itself),
+    /// the pixel is scaled down so that it approaches 1, with its hue kept.
+    pub fn linear(&self, xyz: [f32; 3]) -> [f64; 3] {
+        if !(xyz.iter().all(|v| v.is_finite()) && xyz[1] > 0.0) {
+            return [0.0; 3];
+        }
+        let rgb = self.tone.apply(apply(&self.to_rgb, xyz.map(f64::from)));
+        match self.gamut {
+            Gamut::Keep => rgb,
+            Gamut::Clip => rgb.map(|v| v.clamp(0.0, 1.0)),
+            Gamut::Map => {
+                let rgb = self.map.without_negatives(rgb);
+                let max = rgb.into_iter().fold(0.0, f64::max);
+                let scale = if max > self.tone.knee() { shoulder(max, self.tone.knee()) / max } else { 1.0 };
+                rgb.map(|v| v * scale)
+            }
+        }
+    }
+
+    /// Linear RGB of every pixel, single precision.
+    pub fn linear_image(&self, xyz: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        xyz.par_iter().with_min_len(1024).map(|&p| self.linear(p).map(|v| v as f32)).collect()
+    }
+
+    /// Encoded components of every pixel as whole numbers.
+    pub fn encoded(&self, xyz: &[[f32; 3]], whole: Whole) -> Vec<[u16; 3]> {
+        let encode = |(i, &p)| whole.of(i, self.linear(p).map(|v| self.transfer.encode(v.clamp(0.0, 1.0))));
+        xyz.par_iter().enumerate().with_min_len(1024).map(encode).collect()
+    }
+}
+
+/// How components of 0 to 1 become whole numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Whole {
+    /// What stands for 1.
+    pub most: u16,
+    /// Round up or down in a fixed pattern, in proportion to what a component lies between; 0 and `most` stay.
+    pub dither: bool,
+    /// Pixels across, for the pattern.
+    pub width: usize,
+}
+
+impl Whole {
+    /// Of the components of pixel `i`, counted row by row.
+    pub fn of(&self, i: usize, components: [f64; 3]) -> [u16; 3] {
+        let most = f64::from(self.most);
+        std::array::from_fn(|c| {
+            let threshold = if self.dither { gradient_noise(i % self.width, i / self.width, c) } else { 0.5 };
+            (most * components[c] + threshold).floor().min(most) as u16
+        })
+    }
+}
+
+/// Evenly spread numbers in (0, 1) whose neighbours differ much: J. Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare",
+/// SIGGRAPH 2014 course, slide 123; each component sees another part of the pattern.
+fn gradient_noise(x: usize, y: usize, component: usize) -> f64 {
+    let shift = 5.588_238 * component as f64;
+    let noise = (52.982_918_9 * (0.067_110_56 * (x as f64 + shift) + 0.005_837_15 * (y as f64 + shift)).fract()).fract();
+    // What is a whole number but for rounding stays that number.
+    0.01 + 0.98 * noise
+}
+
+/// Share of the pixels that [`auto_exposure`] lets be no brighter than 0.9, unless told otherwise.
+pub const AUTO_SHARE: f64 = 0.99;
+
+/// The exposure, in stops, that brings the luminance which `share` of the pixels do not exceed to 0.9.
+///
+/// Black pixels do not count: a spectrum on a dark wall is exposed for the spectrum. A few pixels of lamp over a lit scene must not darken it:
+/// at most 6 times the 90th percentile counts, unless that is next to nothing (1/500) beside the brighter.
+pub fn auto_exposure(xyz: &[[f32; 3]], observer: Observer, share: f64) -> f64 {
+    let mut luminance: Vec<f32> = xyz.iter().map(|p| p[1]).filter(|y| y.is_finite() && *y > 0.0).collect();
+    if luminance.is_empty() {
+        return 0.0;
+    }
+    let last = luminance.len() - 1;
+    let mut percentile =
+        |share: f64| f64::from(*luminance.select_nth_unstable_by((share * last as f64).round() as usize, f32::total_cmp).1);
+    let (high, usual) = (percentile(share), percentile(share.min(0.90)));
+    let white = if usual * 500.0 < high { high } else { high.min(6.0 * usual) };
+    (0.9 * xyz_of_unit(observer)[1] / white).log2()
+}

@@ -1,0 +1,73 @@
+//! Rows of the table of spectra that every pass evaluates at its wavelengths.
+
+use crate::gpu::layout;
+use crate::spectrum::{Ior, Spectrum};
+use std::collections::HashMap;
+
+/// What one row of the per-pass spectral table holds.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SpectrumRow {
+    /// A number of each wavelength sample, of [`layout::ROW_BIN`] and the others: the film's weights, 1 / (pdf of the wavelength x bin width) for bins;
+    /// the probability of the sample to be kept.
+    OfSample(u32),
+    /// A spectrum.
+    Spectrum(Spectrum),
+    /// An index of refraction.
+    Ior(Ior),
+    /// The coordinate of upsampled colours, (nm - 360) / 470.
+    UpsamplingCoordinate,
+    /// A thickness in nm, over the wavelength.
+    Waves(f64),
+}
+
+impl SpectrumRow {
+    /// Value at `nm`; `of_sample` are the wavelength sample's own, in the order of the first rows.
+    pub fn eval(&self, nm: f64, of_sample: &[f64; 5]) -> f64 {
+        match self {
+            SpectrumRow::OfSample(i) => of_sample[*i as usize],
+            SpectrumRow::Spectrum(s) => s.eval(nm),
+            SpectrumRow::Ior(n) => n.eval(nm),
+            SpectrumRow::UpsamplingCoordinate => (nm - 360.0) / 470.0,
+            SpectrumRow::Waves(thickness) => thickness / nm,
+        }
+    }
+
+    /// Stands for wavelength samples that only fill up the last vector, which carry no light. 1 keeps ratios of indices finite; none of them is kept.
+    pub fn padding(&self) -> f32 {
+        if *self == SpectrumRow::OfSample(layout::ROW_COLLAPSE) { 0.0 } else { 1.0 }
+    }
+}
+
+/// Rows in use, each once, so that equal spectra (and so matched indices) share a row.
+#[derive(Debug)]
+pub(super) struct Rows {
+    pub(super) all: Vec<SpectrumRow>,
+    /// Rows by what they are at three wavelengths: scenes have thousands.
+    known: HashMap<[u64; 3], Vec<u32>>,
+}
+
+impl Rows {
+    pub(super) fn new() -> Self {
+        let mut rows = Rows { all: Vec::new(), known: HashMap::new() };
+        for i in [layout::ROW_BIN, layout::ROW_X, layout::ROW_Y, layout::ROW_Z, layout::ROW_COLLAPSE] {
+            assert_eq!(rows.add(SpectrumRow::OfSample(i)), i);
+        }
+        rows
+    }
+
+    pub(super) fn add(&mut self, row: SpectrumRow) -> u32 {
+        let key = [431.0, 547.0, 683.0].map(|nm| row.eval(nm, &[0.0, 1.0, 2.0, 3.0, 4.0]).to_bits());
+        let alike = self.known.entry(key).or_default();
+        if let Some(at) = alike.iter().find(|&&at| self.all[at as usize] == row) {
+            return *at;
+        }
+        let at = self.all.len() as u32;
+        alike.push(at);
+        self.all.push(row);
+        at
+    }
+
+    pub(super) fn spectrum(&mut self, s: &Spectrum) -> u32 {
+        self.add(SpectrumRow::Spectrum(s.clone()))
+    }
+}

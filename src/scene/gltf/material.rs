@@ -1,0 +1,432 @@
+//! glTF materials as Abbe's: metal is a conductor, transmission glass, the rest paint under a coat, and what lies between a mixture; alpha mixes with
+//! nothing at all. A clear coat lies on metal, and on paint in place of paint's own coat, from which nothing would tell it: their indices are the same.
+
+use crate::bsdf::sheen::LEAST;
+use crate::color::cie;
+use crate::color::upsample;
+use crate::error::Result;
+use crate::scene::gltf::texture::{Textures, Use, uv_set};
+use crate::scene::json::Node;
+use crate::scene::json::load::Loader;
+use crate::scene::json::materials::THICKEST_FILM;
+use crate::scene::roughness::Roughness;
+use crate::scene::{Emission, Film, Grain, Interior, Material, Texture};
+use crate::spectrum::library::Observer;
+use crate::spectrum::{Ior, Spectrum};
+
+/// A material and what it emits.
+#[derive(Clone)]
+pub(in crate::scene) struct Look {
+    pub material: usize,
+    pub emission: Option<Emission>,
+    /// The set of texture coordinates that its pictures use.
+    pub uv_set: u32,
+}
+
+/// Radiance, intensity or irradiance of a light whose linear RGB is photometric: (1, 1, 1) is D65 of 1 cd m^-2, cd or lx.
+pub(in crate::scene) fn photometric(node: &Node, rgb: [f64; 3], factor: f64) -> Result<Spectrum> {
+    let spectrum = upsample::emission_from_linear_srgb(rgb).map_err(|problem| node.fail(problem, "use a colour of 0 or more"))?;
+    Ok(spectrum.scaled(factor / cie::xyz_of_unit(Observer::Cie1931)[1]))
+}
+
+/// Extensions of materials that change only how they look, not what they are: named by what is lost.
+const LOST: &[(&str, &str)] = &[
+    ("KHR_materials_diffuse_transmission", "diffuse transmission"),
+    ("KHR_materials_unlit", "\"unlit\" (such surfaces are lit like all others)"),
+];
+
+/// Textures that are read. Those of one material use one set of coordinates.
+const SLOTS: &[&str] = &[
+    "baseColorTexture",
+    "metallicRoughnessTexture",
+    "emissiveTexture",
+    "transmissionTexture",
+    "specularTexture",
+    "clearcoatTexture",
+    "clearcoatRoughnessTexture",
+    "iridescenceTexture",
+    "sheenColorTexture",
+    "sheenRoughnessTexture",
+    "normalTexture",
+];
+
+/// Index of clear coats (KHR_materials_clearcoat).
+const CLEAR_COAT: f64 = 1.5;
+
+/// One glTF material being read.
+struct Reader<'r, 'n, 't> {
+    loader: &'r mut Loader,
+    textures: &'r mut Textures<'t>,
+    node: &'r Node<'n>,
+    pbr: Option<Node<'n>>,
+    uv_set: u32,
+}
+
+/// Adds the material that a primitive names (or the default, a grey diffuse one) to the scene.
+pub(in crate::scene) fn material(loader: &mut Loader, textures: &mut Textures, node: Option<&Node>) -> Result<Look> {
+    let Some(node) = node else {
+        loader.scene.materials.push(Material::Diffuse { reflectance: Spectrum::Constant(0.8).into() });
+        return Ok(Look { material: loader.scene.materials.len() - 1, emission: None, uv_set: 0 });
+    };
+    let pbr = node.get("pbrMetallicRoughness");
+    let mut reader = Reader { loader, textures, node, pbr, uv_set: 0 };
+    if let Some(info) = SLOTS.iter().find_map(|slot| reader.info(slot)) {
+        reader.uv_set = uv_set(&info)?;
+    }
+    reader.note_losses();
+    let emission = reader.emission()?;
+    let material = reader.surface(emission.is_some())?;
+    Ok(Look { material, emission, uv_set: reader.uv_set })
+}
+
+impl<'n> Reader<'_, 'n, '_> {
+    fn extension(&self, name: &str) -> Option<Node<'n>> {
+        self.node.get("extensions").and_then(|e| e.get(name))
+    }
+
+    /// The textureInfo of a slot, wherever it stands.
+    fn info(&self, slot: &str) -> Option<Node<'n>> {
+        let extensions =
+            ["transmission", "specular", "clearcoat", "iridescence", "sheen"].map(|name| format!("KHR_materials_{name}"));
+        let places = [self.pbr.clone(), Some(self.node.clone())].into_iter().chain(extensions.map(|name| self.extension(&name)));
+        places.flatten().find_map(|place| place.get(slot))
+    }
+
+    fn note(&mut self, text: &str) {
+        self.loader.note(format!("{}: {text}", self.node.file.display()));
+    }
+
+    fn note_losses(&mut self) {
+        for (name, lost) in LOST {
+            if self.extension(name).is_some() {
+                self.note(&format!("{lost}: ignored ({name})"));
+            }
+        }
+        let specular = self.extension("KHR_materials_specular");
+        if specular.is_some_and(|s| s.get("specularColorFactor").or(s.get("specularColorTexture")).is_some()) {
+            self.note("the colour of specular reflection: ignored (KHR_materials_specular)");
+        }
+        if self.extension("KHR_materials_clearcoat").is_some_and(|c| c.get("clearcoatNormalTexture").is_some()) {
+            self.note("normals of clear coats: ignored, they are those of what is under them (KHR_materials_clearcoat)");
+        }
+    }
+
+    /// Adds the material that `make` makes of a GGX width, of this roughness.
+    fn push_rough(&mut self, roughness: &Roughness, make: impl Fn(f64) -> Material) -> usize {
+        let material = self.loader.rough(roughness, make);
+        self.push(material)
+    }
+
+    fn push(&mut self, material: Material) -> usize {
+        self.loader.scene.materials.push(material);
+        self.loader.scene.materials.len() - 1
+    }
+
+    /// `weight` of `a`, the rest of `b`, or one of the two alone.
+    fn mix(&mut self, a: usize, b: usize, weight: Texture) -> usize {
+        match weight {
+            Texture::Uniform(Spectrum::Constant(1.0)) => a,
+            Texture::Uniform(Spectrum::Constant(0.0)) => b,
+            weight => self.push(Material::Mix { a, b, weight }),
+        }
+    }
+
+    /// A number in [0, 1] from a factor and a channel of a texture.
+    fn share(&mut self, factor: f64, slot: &str, channel: usize, cutoff: Option<f64>) -> Result<Texture> {
+        if let (Some(info), true) = (self.info(slot), factor > 0.0) {
+            let one = Spectrum::Constant(1.0);
+            if let Some(texture) = self.textures.read(&info, self.uv_set, Use::Channel(channel, factor), one, cutoff)? {
+                return Ok(texture);
+            }
+        }
+        Ok(Spectrum::Constant(cutoff.map_or(factor, |cutoff| f64::from(u8::from(factor >= cutoff)))).into())
+    }
+
+    fn surface(&mut self, emits: bool) -> Result<usize> {
+        let base = colour(self.pbr.as_ref(), "baseColorFactor", [1.0; 3])?;
+        let metallic = factor(self.pbr.as_ref(), "metallicFactor", 1.0, 1.0)?;
+        let transmission = factor(self.extension("KHR_materials_transmission").as_ref(), "transmissionFactor", 0.0, 1.0)?;
+        let metallic = self.share(metallic, "metallicRoughnessTexture", 2, None)?;
+        let transmission = self.share(transmission, "transmissionTexture", 0, None)?;
+        let rough = self.roughness(self.pbr.clone(), "roughnessFactor", 1.0, "metallicRoughnessTexture")?;
+        let lacquer = self.lacquer()?;
+        let sheen = self.sheen()?;
+        let film = self.film()?;
+        let grain = self.grain()?;
+        let is = |share: &Texture, value: f64| matches!(share, Texture::Uniform(Spectrum::Constant(v)) if *v == value);
+        let reflectance = match self.info("baseColorTexture") {
+            Some(info) => self.textures.read(&info, self.uv_set, Use::Reflectance(base), Spectrum::Constant(1.0), None)?,
+            None => None,
+        };
+        let reflectance = match reflectance {
+            Some(texture) => texture,
+            None => upsample::reflectance_from_linear_srgb(base).map_err(|e| self.node.fail(e, "use another colour"))?.into(),
+        };
+        let mut surface = None;
+        if !is(&metallic, 1.0) && !is(&transmission, 1.0) {
+            if film.is_some() {
+                self.note("iridescence of what is neither metal nor glass: ignored (KHR_materials_iridescence)");
+            }
+            if grain.is_some() {
+                self.note("anisotropy of what is not metal: ignored, its gloss is the same in all directions (KHR_materials_anisotropy)");
+            }
+            let paint = self.push(Material::Diffuse { reflectance: reflectance.clone() });
+            let glossy = self.glossy(paint, &rough)?;
+            let bare = self.lacquered(paint, glossy, &lacquer);
+            surface = Some(self.under_sheen(bare, &sheen));
+        }
+        if !is(&metallic, 1.0) && !is(&transmission, 0.0) {
+            let glass = self.glass(base, &rough)?;
+            let glass = self.filmed_glass(glass, &film)?;
+            if sheen.is_some() {
+                self.note("sheen on glass: ignored (KHR_materials_sheen)");
+            }
+            if lacquer.is_some() {
+                self.note("clear coats on glass: ignored (KHR_materials_clearcoat)");
+            }
+            surface = Some(surface.map_or(glass, |under| self.mix(glass, under, transmission)));
+        }
+        if !is(&metallic, 0.0) {
+            let metal = self.push_rough(&rough, |alpha| Material::ColoredConductor { reflectance: reflectance.clone(), alpha });
+            let metal = self.filmed_metal(metal, &reflectance, &rough, &film);
+            if let Some(grain) = grain {
+                self.loader.put_grain(metal, grain);
+            }
+            let metal = self.lacquered(metal, metal, &lacquer);
+            let metal = self.under_sheen(metal, &sheen);
+            surface = Some(surface.map_or(metal, |under| self.mix(metal, under, metallic)));
+        }
+        let surface = surface.unwrap_or_else(|| self.loader.black());
+        let surface = self.normal_mapped(surface)?;
+        let mode = match self.node.get("alphaMode") {
+            Some(mode) => mode.choice(&["OPAQUE", "MASK", "BLEND"])?,
+            None => "OPAQUE",
+        };
+        if mode == "OPAQUE" {
+            return Ok(surface);
+        }
+        let opacity = match self.pbr.as_ref().and_then(|p| p.get("baseColorFactor")).and_then(|f| f.element(3)) {
+            Some(alpha) => alpha.within(0.0, 1.0)?,
+            None => 1.0,
+        };
+        let cutoff = if mode == "MASK" { Some(factor(Some(self.node), "alphaCutoff", 0.5, 1e3)?) } else { None };
+        let presence = self.share(opacity, "baseColorTexture", 3, cutoff)?;
+        if emits && !is(&presence, 1.0) {
+            self.note("a surface that emits does so where it is transparent too");
+        }
+        let nothing = self.push(Material::Boundary { interior: None });
+        Ok(self.mix(surface, nothing, presence))
+    }
+
+    fn normal_mapped(&mut self, base: usize) -> Result<usize> {
+        let Some(info) = self.node.get("normalTexture") else { return Ok(base) };
+        let scale = info.get("scale").map_or(Ok(1.0), |n| n.within(-100.0, 100.0))?;
+        let normals = self.textures.read(&info, self.uv_set, Use::Normals(scale), Spectrum::Constant(1.0), None)?;
+        Ok(match normals {
+            Some(Texture::Image(normals)) => self.push(Material::NormalMapped { base, normals }),
+            _ => base,
+        })
+    }
+
+    /// Roughness from a factor of `node` and the green channel of a texture.
+    fn roughness(&mut self, node: Option<Node<'n>>, key: &str, default: f64, slot: &str) -> Result<Roughness> {
+        let factor = factor(node.as_ref(), key, default, 1.0)?;
+        Ok(Roughness::pictured(self.share(factor, slot, 1, None)?))
+    }
+
+    /// The clear coat: how much of it there is, and its roughness; nothing where there is none.
+    fn lacquer(&mut self) -> Result<Option<(Texture, Roughness)>> {
+        let Some(node) = self.extension("KHR_materials_clearcoat") else { return Ok(None) };
+        let share = self.share(factor(Some(&node), "clearcoatFactor", 0.0, 1.0)?, "clearcoatTexture", 0, None)?;
+        let roughness = self.roughness(Some(node), "clearcoatRoughnessFactor", 0.0, "clearcoatRoughnessTexture")?;
+        Ok((!share.is_zero()).then_some((share, roughness)))
+    }
+
+    /// `bare` as it is where there is no lacquer, and where there is some, `base` under it.
+    fn lacquered(&mut self, base: usize, bare: usize, lacquer: &Option<(Texture, Roughness)>) -> usize {
+        let Some((share, roughness)) = lacquer else { return bare };
+        let coated = self.push_rough(roughness, |alpha| Material::Coated { base, ior: Ior::constant(CLEAR_COAT), alpha });
+        self.mix(coated, bare, share.clone())
+    }
+
+    /// Colour and roughness of sheen; nothing where there is none.
+    fn sheen(&mut self) -> Result<Option<(Spectrum, Roughness)>> {
+        let Some(node) = self.extension("KHR_materials_sheen") else { return Ok(None) };
+        let rgb = colour(Some(&node), "sheenColorFactor", [0.0; 3])?;
+        if rgb == [0.0; 3] {
+            return Ok(None);
+        }
+        let mut color = upsample::reflectance_from_linear_srgb(rgb).map_err(|e| node.fail(e, "use another colour"))?;
+        if let Some(info) = self.info("sheenColorTexture") {
+            let one = Spectrum::Constant(1.0);
+            if let Some(picture) = self.textures.read(&info, self.uv_set, Use::Reflectance(rgb), one, None)? {
+                self.note("pictures of the colour of sheen: their mean counts (KHR_materials_sheen)");
+                color = sampled(self.loader.reader.range, |nm| picture.average(nm));
+            }
+        }
+        let roughness = factor(Some(&node), "sheenRoughnessFactor", 0.0, 1.0)?;
+        let roughness = Roughness::pictured(self.share(roughness, "sheenRoughnessTexture", 3, None)?);
+        if self.extension("KHR_materials_clearcoat").is_some() {
+            self.note("sheen under clear coats: it lies on them (KHR_materials_sheen)");
+        }
+        Ok(Some((color, roughness)))
+    }
+
+    fn under_sheen(&mut self, base: usize, sheen: &Option<(Spectrum, Roughness)>) -> usize {
+        let Some((color, roughness)) = sheen else { return base };
+        self.push_rough(roughness, |alpha| Material::Sheen { base, color: color.clone(), alpha: alpha.max(LEAST) })
+    }
+
+    /// The grain of brushed metal, if the material has one.
+    fn grain(&mut self) -> Result<Option<Grain>> {
+        let Some(node) = self.extension("KHR_materials_anisotropy") else { return Ok(None) };
+        if node.get("anisotropyTexture").is_some() {
+            self.note("pictures of anisotropy: ignored, strength and rotation are the same all over (KHR_materials_anisotropy)");
+        }
+        let strength = factor(Some(&node), "anisotropyStrength", 0.0, 1.0)?;
+        let rotation = node.get("anisotropyRotation").map_or(Ok(0.0), |n| n.within(-1e3, 1e3))?;
+        Ok((strength > 0.0).then_some(Grain { strength, rotation }))
+    }
+
+    /// The film that makes a surface iridescent, and how much of it there is.
+    fn film(&mut self) -> Result<Option<(Texture, Film)>> {
+        let Some(node) = self.extension("KHR_materials_iridescence") else { return Ok(None) };
+        let share = self.share(factor(Some(&node), "iridescenceFactor", 0.0, 1.0)?, "iridescenceTexture", 0, None)?;
+        let ior = Ior::constant(node.get("iridescenceIor").map_or(Ok(1.3), |n| n.within(1.0, 5.0))?);
+        let thickness_nm = factor(Some(&node), "iridescenceThicknessMaximum", 400.0, THICKEST_FILM)?;
+        if node.get("iridescenceThicknessTexture").is_some() {
+            self.note("films are of one thickness: of its picture the greatest counts (KHR_materials_iridescence)");
+        }
+        Ok((!share.is_zero() && thickness_nm > 0.0).then_some((share, Film { ior, thickness_nm })))
+    }
+
+    fn filmed_glass(&mut self, bare: usize, film: &Option<(Texture, Film)>) -> Result<usize> {
+        let Some((share, film)) = film else { return Ok(bare) };
+        let Material::Dielectric { alpha: 0.0, .. } = self.loader.scene.materials[bare] else {
+            self.note("iridescence of rough glass and of thin panes: ignored (KHR_materials_iridescence)");
+            return Ok(bare);
+        };
+        let filmed = self.push(self.loader.scene.materials[bare].clone());
+        self.loader.put_film(filmed, film);
+        Ok(self.mix(filmed, bare, share.clone()))
+    }
+
+    /// What a film does depends on the metal's index: that of a dielectric with its reflectance, (n - 1)^2 / (n + 1)^2, as the extension has it.
+    fn filmed_metal(&mut self, bare: usize, reflectance: &Texture, rough: &Roughness, film: &Option<(Texture, Film)>) -> usize {
+        let Some((share, film)) = film else { return bare };
+        let Texture::Uniform(reflectance) = reflectance else {
+            self.note("iridescence of metals of a pictured colour: ignored (KHR_materials_iridescence)");
+            return bare;
+        };
+        let index = |r: f64| (1.0 + r.min(0.98).sqrt()) / (1.0 - r.min(0.98).sqrt());
+        let eta = sampled(self.loader.reader.range, |nm| index(reflectance.eval(nm)));
+        let conductor = |alpha| Material::Conductor { eta: eta.clone(), k: Spectrum::Constant(0.0), alpha };
+        let filmed = self.push_rough(rough, conductor);
+        self.loader.put_film(filmed, film);
+        self.mix(filmed, bare, share.clone())
+    }
+
+    /// Paint with its gloss, as much of it as KHR_materials_specular leaves.
+    fn glossy(&mut self, paint: usize, rough: &Roughness) -> Result<usize> {
+        let ior = self.ior()?;
+        let specular = factor(self.extension("KHR_materials_specular").as_ref(), "specularFactor", 1.0, 1.0)?;
+        let specular = self.share(specular, "specularTexture", 3, None)?;
+        if specular.is_zero() || ior == Ior::constant(1.0) {
+            return Ok(paint);
+        }
+        let coated = self.push_rough(rough, |alpha| Material::Coated { base: paint, ior: ior.clone(), alpha });
+        Ok(self.mix(coated, paint, specular))
+    }
+
+    fn glass(&mut self, base: [f64; 3], rough: &Roughness) -> Result<usize> {
+        let ior = self.ior()?;
+        if base != [1.0; 3] || self.info("baseColorTexture").is_some() {
+            self.note("the surface tint of glass is ignored; use KHR_materials_volume to colour it");
+        }
+        let name = self.node.get("name").and_then(|n| n.value.as_str()).unwrap_or("glass").to_string();
+        let volume = self
+            .extension("KHR_materials_volume")
+            .filter(|v| v.get("thicknessFactor").is_some_and(|t| t.number().is_ok_and(|t| t > 0.0)));
+        let Some(volume) = volume else {
+            self.note(&format!(
+                "the glass {name:?} has no thickness (KHR_materials_volume) and counts as a thin pane that refracts nothing; to make it solid, \
+                 set a thickness in the exporter or \"override\" it in a scene"
+            ));
+            return Ok(self.push(Material::ThinDielectric { ior }));
+        };
+        let sigma_a = absorption(&volume, self.loader.reader.range)?;
+        self.loader.scene.interiors.push(Interior { ior, priority: 1, sigma_a, ..Interior::vacuum(&name) });
+        let interior = self.loader.scene.interiors.len() - 1;
+        Ok(self.push_rough(rough, |alpha| Material::Dielectric { interior, alpha }))
+    }
+
+    /// The index of refraction: of the glass that the material's custom property "glass" names, or from KHR_materials_ior and the dispersion, which may
+    /// be a custom property too, as not every exporter knows KHR_materials_dispersion.
+    fn ior(&self) -> Result<Ior> {
+        let extras = self.node.get("extras");
+        if let Some(glass) = extras.as_ref().and_then(|e| e.get("glass")) {
+            return self.loader.reader.ior(&glass);
+        }
+        let ior = factor(self.extension("KHR_materials_ior").as_ref(), "ior", 1.5, 10.0)?;
+        let ior = if ior == 0.0 { 1.5 } else { ior }; // 0 is a glTF idiom for old shading models
+        let dispersion = factor(self.extension("KHR_materials_dispersion").or(extras).as_ref(), "dispersion", 0.0, 100.0)?;
+        let ior = Ior::from_abbe_number(ior.max(0.1), if dispersion > 0.0 { 20.0 / dispersion } else { f64::INFINITY });
+        let (lo, hi) = self.loader.reader.range;
+        ior.check_range(lo, hi).map_err(|problem| self.node.fail(problem, "use a smaller dispersion"))?;
+        Ok(ior)
+    }
+
+    fn emission(&mut self) -> Result<Option<Emission>> {
+        let emissive = colour(Some(self.node), "emissiveFactor", [0.0; 3])?;
+        let strength = factor(self.extension("KHR_materials_emissive_strength").as_ref(), "emissiveStrength", 1.0, 1e12)?;
+        if emissive.iter().all(|v| *v * strength == 0.0) {
+            return Ok(None);
+        }
+        let two_sided = self.node.get("doubleSided").map_or(Ok(false), |n| n.boolean())?;
+        let white = upsample::white().scaled(strength / cie::xyz_of_unit(Observer::Cie1931)[1]);
+        let picture = match self.info("emissiveTexture") {
+            Some(info) => self.textures.read(&info, self.uv_set, Use::Light(emissive), white, None)?,
+            None => None,
+        };
+        let radiance = match picture {
+            Some(picture) if picture.is_zero() => return Ok(None),
+            Some(picture) => picture,
+            None => photometric(self.node, emissive, strength)?.into(),
+        };
+        Ok(Some(Emission { radiance, two_sided }))
+    }
+}
+
+fn factor(node: Option<&Node>, key: &str, default: f64, most: f64) -> Result<f64> {
+    node.and_then(|n| n.get(key)).map_or(Ok(default), |v| v.within(0.0, most))
+}
+
+fn colour(node: Option<&Node>, key: &str, default: [f64; 3]) -> Result<[f64; 3]> {
+    let Some(value) = node.and_then(|n| n.get(key)) else { return Ok(default) };
+    let items = value.array(3)?;
+    let mut rgb = [0.0; 3];
+    for (c, item) in rgb.iter_mut().zip(&items) {
+        *c = item.within(0.0, 1.0)?;
+    }
+    Ok(rgb)
+}
+
+/// KHR_materials_volume: transmittance `attenuationColor` over `attenuationDistance` metres, as a coefficient in m^-1.
+fn absorption(volume: &Node, range: (f64, f64)) -> Result<Spectrum> {
+    let rgb = colour(Some(volume), "attenuationColor", [1.0; 3])?;
+    let Some(distance) = volume.get("attenuationDistance") else { return Ok(Spectrum::Constant(0.0)) };
+    let distance = distance.length()?;
+    if rgb == [1.0; 3] {
+        return Ok(Spectrum::Constant(0.0));
+    }
+    let colour = upsample::reflectance_from_linear_srgb(rgb).map_err(|problem| volume.fail(problem, "use another colour"))?;
+    Ok(sampled(range, |nm| -colour.eval(nm).max(1e-6).ln() / distance))
+}
+
+/// A table every 5 nm.
+fn sampled((lo, hi): (f64, f64), f: impl Fn(f64) -> f64) -> Spectrum {
+    let steps = ((hi - lo) / 5.0).ceil().max(1.0) as u32;
+    let nm: Vec<f64> = (0..=steps).map(|i| lo + (hi - lo) * f64::from(i) / f64::from(steps)).collect();
+    let values = nm.iter().map(|&x| f(x)).collect();
+    Spectrum::Table { nm, values, extend: true }
+}

@@ -1,0 +1,58 @@
+//! `"override": {"Glass": {"dielectric": {"ior": "N-SF66"}}}`: other materials for those of a glTF file, by their names there.
+
+use crate::error::{Result, quoted, suggest};
+use crate::scene::gltf::material::Look;
+use crate::scene::json::Node;
+use crate::scene::json::load::Loader;
+use crate::scene::{Geometry, Material};
+
+/// What replaces a glTF file's materials.
+#[derive(Default)]
+pub(in crate::scene) struct Overrides<'a> {
+    /// Index of a glTF material, the material that replaces it, if one does, and what it emits instead, if that is replaced.
+    list: Vec<(u32, Option<usize>, Option<Node<'a>>)>,
+}
+
+impl<'a> Overrides<'a> {
+    /// Reads `node` for the glTF document `root`. Every name must be that of a material there.
+    pub(in crate::scene) fn read(loader: &mut Loader, node: &Node<'a>, root: &Node) -> Result<Self> {
+        let materials = root.get("materials").map_or(Ok(Vec::new()), |n| n.array(0))?;
+        let names: Vec<&str> =
+            materials.iter().map(|m| m.get("name").and_then(|n| n.value.as_str()).unwrap_or_default()).collect();
+        let mut list = Vec::new();
+        for (name, node) in node.entries()? {
+            node.object("override")?;
+            let emission = node.get("emission");
+            let material = match (node.get("use"), emission.is_some() && node.entries()?.len() == 1) {
+                (Some(known), _) => Some(loader.material_index(&known)?),
+                (None, true) => None,
+                (None, false) => {
+                    let index = loader.scene.materials.len();
+                    loader.scene.materials.push(Material::Boundary { interior: None });
+                    loader.kit.clone().place(loader, index, name, &node)?;
+                    Some(index)
+                }
+            };
+            if !names.contains(&name) {
+                let known = names.iter().copied().filter(|n| !n.is_empty());
+                return Err(node.fail(format!("the file has no material {}", quoted(name)), suggest(name, known)));
+            }
+            let matching = names.iter().enumerate().filter(|(_, n)| **n == name);
+            list.extend(matching.map(|(i, _)| (i as u32, material, emission.clone())));
+        }
+        Ok(Overrides { list })
+    }
+
+    /// Replaces what is to be replaced of the look of glTF material `index` on `geometry`.
+    pub(in crate::scene) fn apply(&self, loader: &mut Loader, index: u32, look: &mut Look, geometry: &Geometry) -> Result<()> {
+        for (_, material, emission) in self.list.iter().filter(|(i, ..)| *i == index) {
+            if let Some(material) = material {
+                look.material = *material;
+            }
+            if let Some(emission) = emission {
+                look.emission = Some(loader.emission(emission, std::slice::from_ref(geometry))?);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,156 @@
+//! Textures of glTF materials: pictures in buffers, files and data URIs, samplers, and KHR_texture_transform.
+
+use crate::error::Result;
+use crate::scene::gltf::file::{Asset, decode_uri, item, percent_decoded, view};
+use crate::scene::json::Node;
+use crate::scene::json::files::Files;
+use crate::scene::json::spectra::Place;
+use crate::scene::texture::picture::{self, Picture};
+use crate::scene::texture::{Image, ImageTexture, Texture, Wrap};
+use crate::spectrum::Spectrum;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// What of a picture is wanted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::scene) enum Use {
+    /// Colours as reflectances, times these factors.
+    Reflectance([f64; 3]),
+    /// Colours as light, times these factors.
+    Light([f64; 3]),
+    /// A channel as a number, times this factor: 0 red to 3 alpha.
+    Channel(usize, f64),
+    /// Normals in tangent space, x and y times this factor.
+    Normals(f64),
+}
+
+/// The pictures of a glTF file that were looked at already.
+pub(in crate::scene) struct Textures<'a> {
+    asset: &'a Asset,
+    root: &'a Node<'a>,
+    files: &'a Files,
+    pictures: HashMap<u32, Arc<Picture>>,
+    images: Vec<(u32, Use, Arc<Image>)>,
+    /// What could not be honoured.
+    pub notes: Vec<String>,
+}
+
+impl<'a> Textures<'a> {
+    pub(in crate::scene) fn new(asset: &'a Asset, root: &'a Node<'a>, files: &'a Files) -> Self {
+        Textures { asset, root, files, pictures: HashMap::new(), images: Vec::new(), notes: Vec::new() }
+    }
+
+    /// The texture that `info` (a glTF textureInfo) names, with `factor` on top and a `cutoff` perhaps; none if its picture cannot be read here. All
+    /// textures of a material use the set of coordinates `set`.
+    pub(in crate::scene) fn read(
+        &mut self,
+        info: &Node,
+        set: u32,
+        wanted: Use,
+        factor: Spectrum,
+        cutoff: Option<f64>,
+    ) -> Result<Option<Texture>> {
+        let texture = item(self.root, "textures", &info.need("index")?)?;
+        let Some(source) = texture.get("source") else {
+            self.notes.push("a texture in a format of an extension is ignored: export pictures as PNG or JPEG".into());
+            return Ok(None);
+        };
+        if uv_set(info)? != set {
+            self.notes.push(
+                "a material's textures use several sets of coordinates: those that differ from the first are ignored".into(),
+            );
+            return Ok(None);
+        }
+        let sampler = texture.get("sampler").map(|s| item(self.root, "samplers", &s)).transpose()?;
+        let of_sampler = |key: &str, default: u32| {
+            let value = sampler.as_ref().and_then(|s| s.get(key));
+            value.map_or(Ok(default), |n| n.integer(0, u32::MAX))
+        };
+        let wrap = |key: &str| -> Result<Wrap> {
+            Ok(match of_sampler(key, 10497)? {
+                33071 => Wrap::Clamp,
+                33648 => Wrap::Mirror,
+                _ => Wrap::Repeat,
+            })
+        };
+        let texture = ImageTexture {
+            image: self.image(&source, wanted)?,
+            wrap: [wrap("wrapS")?, wrap("wrapT")?],
+            nearest: of_sampler("magFilter", 9729)? == 9728,
+            to_image: transform(info)?,
+            factor,
+            cutoff,
+        };
+        Ok(Some(Texture::Image(Arc::new(texture))))
+    }
+
+    fn image(&mut self, source: &Node, wanted: Use) -> Result<Arc<Image>> {
+        let index = source.integer(0, u32::MAX)?;
+        if let Some((.., image)) = self.images.iter().find(|(i, used, _)| (*i, *used) == (index, wanted)) {
+            return Ok(image.clone());
+        }
+        let picture = self.picture(source)?;
+        let coloured = |factors: [f64; 3], place| {
+            let colours = picture.linear(picture.encoded).map(|p| [0, 1, 2].map(|i| p[i] * factors[i]));
+            picture.spectra(colours, place).ok_or_else(|| source.fail("a texel is out of range", "export the picture again"))
+        };
+        let image = match wanted {
+            Use::Reflectance(factors) => coloured(factors, Place::Share)?,
+            Use::Light(factors) => coloured(factors, Place::Light)?,
+            Use::Normals(scale) => picture.normals(scale),
+            Use::Channel(channel, factor) => {
+                picture.numbers(picture.pixels.iter().map(|p| (f64::from(p[channel]) * factor).clamp(0.0, 1.0)))
+            }
+        };
+        let image = Arc::new(image);
+        self.images.push((index, wanted, image.clone()));
+        Ok(image)
+    }
+
+    fn picture(&mut self, source: &Node) -> Result<Arc<Picture>> {
+        let index = source.integer(0, u32::MAX)?;
+        if let Some(picture) = self.pictures.get(&index) {
+            return Ok(picture.clone());
+        }
+        let node = item(self.root, "images", source)?;
+        let owned;
+        let bytes: &[u8] = match (node.get("uri"), node.get("bufferView")) {
+            (Some(uri), _) => {
+                owned = match uri.string()?.strip_prefix("data:") {
+                    Some(data) => {
+                        decode_uri(data).ok_or_else(|| uri.fail("the data URI is not base64", "export the file again"))?
+                    }
+                    None => self.files.read_name(&uri, &percent_decoded(uri.string()?))?.1,
+                };
+                &owned
+            }
+            (None, Some(index)) => view(self.root, &self.asset.buffers, &index)?.1,
+            (None, None) => return Err(node.fail("the picture has no data", "export the file again")),
+        };
+        let picture = Arc::new(picture::decode(bytes, "the picture", &node)?);
+        self.pictures.insert(index, picture.clone());
+        Ok(picture)
+    }
+}
+
+fn extension<'a>(info: &Node<'a>) -> Option<Node<'a>> {
+    info.get("extensions").and_then(|e| e.get("KHR_texture_transform"))
+}
+
+/// The set of texture coordinates that a textureInfo uses.
+pub(in crate::scene) fn uv_set(info: &Node) -> Result<u32> {
+    let own = extension(info).and_then(|t| t.get("texCoord")).or_else(|| info.get("texCoord"));
+    own.map_or(Ok(0), |n| n.integer(0, 15))
+}
+
+/// KHR_texture_transform: scale, then a turn counter-clockwise as seen with v downwards, then the offset.
+fn transform(info: &Node) -> Result<[[f64; 3]; 2]> {
+    let Some(t) = extension(info) else { return Ok([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]) };
+    let pair = |key: &str, default: f64| t.get(key).map_or(Ok([default; 2]), |n| n.numbers::<2>());
+    let ([sx, sy], [x, y]) = (pair("scale", 1.0)?, pair("offset", 0.0)?);
+    if [sx, sy, x, y].iter().any(|v| v.abs() > 1e4) {
+        return Err(t.fail("the picture is scaled or moved by more than 1e4", "export the file again"));
+    }
+    let (sin, cos) = t.get("rotation").map_or(Ok(0.0), |n| n.within(-1e3, 1e3))?.sin_cos();
+    Ok([[cos * sx, sin * sy, x], [-sin * sx, cos * sy, y]])
+}

@@ -1,0 +1,68 @@
+//! Which volumes a point lies in, by the geometry alone.
+
+use super::{Material, Scene, Shape};
+use crate::geometry::world::{Ray, World};
+use crate::geometry::{Bounds, bounds};
+use glam::{DVec3, dvec3};
+
+/// More surfaces than this in a row without scattering, and a path is given up.
+pub(crate) const MAX_STRAIGHT: u32 = 10_000;
+
+/// The interiors that hold each of `points`: crossings of dielectrics and boundaries, signed, along a ray upwards to infinity. Slightly
+/// tilted, so that it does not run along walls; upwards, so that an open sheet of water is above whoever is in it.
+pub fn initial_interiors(scene: &Scene, points: &[DVec3]) -> Vec<Vec<usize>> {
+    if points.is_empty() || !scene.materials.iter().any(|m| interior_of(m).is_some()) {
+        return vec![Vec::new(); points.len()];
+    }
+    // Only volumes that may be met: a scene can have many millions of triangles, and so can its instances.
+    let may_be_met = |shape: &&Shape| {
+        scene.interior_of(shape.material).is_some() && {
+            let b = bounds(&shape.geometry);
+            points.iter().any(|&p| passes(&b, p))
+        }
+    };
+    let volumes = Scene { shapes: scene.shapes.iter().filter(may_be_met).cloned().collect(), ..scene.clone() }.flattened();
+    let world = World::new(volumes.shapes.iter().map(|s| &s.geometry));
+    points.iter().map(|&p| interiors_at(&volumes, &world, Ray::new(p, up()), Vec::new())).collect()
+}
+
+/// Might a ray from `p` along [`up`] meet what is in this box?
+fn passes(b: &Bounds, p: DVec3) -> bool {
+    let slack = 1e-9 * (b.min.abs().max(b.max.abs()).max(p.abs()).max_element());
+    let (near, far) = ((b.min - slack - p) / up(), (b.max + slack - p) / up());
+    near.max_element().max(0.0) <= far.min_element()
+}
+
+/// The direction in which crossings are counted.
+pub(crate) fn up() -> DVec3 {
+    dvec3(0.013_7, 1.0, 0.007_1).normalize()
+}
+
+/// As [`initial_interiors`], from a ray along [`up`] and crossings already `met` at its origin, as (interior, entered).
+pub(crate) fn interiors_at(scene: &Scene, world: &World, mut ray: Ray, met: Vec<(usize, bool)>) -> Vec<usize> {
+    let mut count = vec![0i64; scene.interiors.len()];
+    let mut tally = |(interior, entered): (usize, bool)| count[interior] += if entered { -1 } else { 1 };
+    met.into_iter().for_each(&mut tally);
+    if scene.materials.iter().any(|m| interior_of(m).is_some()) {
+        for _ in 0..MAX_STRAIGHT {
+            let hits = world.intersect(&ray);
+            let Some(first) = hits.first() else { break };
+            for hit in &hits {
+                if let Some(interior) = scene.interior_of(scene.shapes[hit.shape].material) {
+                    tally((interior, ray.dir.dot(hit.ng) < 0.0));
+                }
+            }
+            ray = Ray { origin: first.p, dir: ray.dir, t_min: 0.0, on: hits.iter().map(|h| h.prim).collect() };
+        }
+    }
+    count.iter().enumerate().flat_map(|(i, &n)| std::iter::repeat_n(i, n.clamp(0, 256) as usize)).collect()
+}
+
+/// The interior behind a surface of this material.
+pub(crate) fn interior_of(material: &Material) -> Option<usize> {
+    match material {
+        Material::Dielectric { interior, .. } => Some(*interior),
+        Material::Boundary { interior } => *interior,
+        _ => None,
+    }
+}

@@ -1,0 +1,139 @@
+//! Lights that are not shapes.
+
+use crate::color::cie;
+use crate::error::Result;
+use crate::scene::Light;
+use crate::scene::json::Node;
+use crate::scene::json::keys::LIGHTS;
+use crate::scene::json::load::Loader;
+use crate::scene::json::units::Source;
+use crate::scene::lamp::environment;
+use crate::scene::lamp::ies;
+use crate::scene::lamp::profile::lamp_axes;
+use crate::spectrum::{Spectrum, library::Observer};
+use glam::DVec3;
+use std::f64::consts::PI;
+
+impl Loader {
+    /// Reads `lights`.
+    pub(in crate::scene) fn lights(&mut self, root: &Node) -> Result<()> {
+        let Some(lights) = root.get("lights") else { return Ok(()) };
+        for node in lights.array(0)? {
+            let light = self.light(&node)?;
+            self.scene.lights.push(light);
+        }
+        Ok(())
+    }
+
+    fn light(&mut self, node: &Node) -> Result<Light> {
+        node.object("light")?;
+        let (kind, inner) = node.one_of(LIGHTS)?;
+        inner.object(kind)?;
+        let amount = |key: &str, source| self.reader.light(&inner.need(key)?, source);
+        Ok(match kind {
+            "point" => Light::Point {
+                position: inner.need("position")?.point()?,
+                intensity: amount("intensity", Source::Point(4.0 * PI))?,
+            },
+            "spot" if inner.get("profile").is_some() => {
+                self.profile(&inner, inner.need("position")?.point()?, inner.need("direction")?.direction()?)?
+            }
+            "spot" => {
+                let outer = inner.need("outer_deg")?;
+                let outer_deg = outer.within(1e-3, 90.0)?;
+                let inner_deg = inner.get("inner_deg").map_or(Ok(0.0), |n| n.within(0.0, 90.0))?;
+                let [cos_inner, cos_outer] = [inner_deg, outer_deg].map(|d| d.to_radians().cos());
+                if cos_inner <= cos_outer {
+                    return Err(outer.fail(
+                        format!("the cone ends at {outer_deg} degrees, and is full up to {inner_deg}"),
+                        "give an outer_deg greater than inner_deg",
+                    ));
+                }
+                Light::Spot {
+                    position: inner.need("position")?.point()?,
+                    direction: inner.need("direction")?.direction()?,
+                    intensity: amount("intensity", Source::Point(spot_solid_angle(cos_inner, cos_outer)))?,
+                    cos_inner,
+                    cos_outer,
+                }
+            }
+            "beam" => {
+                let radius = inner.need("radius")?.length()?;
+                Light::Beam {
+                    origin: inner.need("origin")?.point()?,
+                    direction: inner.need("direction")?.direction()?,
+                    radius,
+                    irradiance: amount("irradiance", Source::Beam(PI * radius * radius))?,
+                }
+            }
+            "laser" => {
+                let radius = inner.need("radius")?.length()?;
+                let width_nm = inner.get("width_nm").map_or(Ok(0.1), |n| n.within(1e-3, 1000.0))?;
+                let wavelength = inner.need("wavelength_nm")?;
+                let center_nm = wavelength.within(1.0, 1e5)?;
+                let (lo, hi) = self.reader.range;
+                if center_nm + 0.5 * width_nm <= lo || center_nm - 0.5 * width_nm >= hi {
+                    return Err(wavelength.fail(
+                        format!("the line at {center_nm} nm lies outside the film's {lo} to {hi} nm"),
+                        "widen film.range_nm or choose another line",
+                    ));
+                }
+                let irradiance = inner.need("power_W")?.non_negative()? / (PI * radius * radius);
+                let irradiance = Spectrum::Band { center_nm, width_nm, height: irradiance / width_nm };
+                self.reader.check(&inner, &irradiance, crate::scene::json::spectra::Place::Light)?;
+                Light::Beam {
+                    origin: inner.need("origin")?.point()?,
+                    direction: inner.need("direction")?.direction()?,
+                    radius,
+                    irradiance,
+                }
+            }
+            "sun" => {
+                // The full apparent diameter; the cosine of a half-angle below 1e-8 rad rounds to 1, which means parallel light.
+                let angle = inner.get("angle_deg").map_or(Ok(0.53), |n| n.within(0.0, 179.0))?;
+                Light::Sun {
+                    direction: inner.need("direction")?.direction()?,
+                    cos_angle: (0.5 * angle).to_radians().cos(),
+                    irradiance: amount("irradiance", Source::Distant)?,
+                }
+            }
+            "constant" => Light::Constant { radiance: amount("radiance", Source::Everywhere)? },
+            _ => environment::image(&self.reader, &inner)?,
+        })
+    }
+}
+
+impl Loader {
+    /// A spot whose distribution comes from a file, and with it the amount of its light unless the scene gives one.
+    pub(in crate::scene) fn profile(&self, node: &Node, position: DVec3, direction: DVec3) -> Result<Light> {
+        if let Some(angle) = node.get("inner_deg").or_else(|| node.get("outer_deg")) {
+            return Err(angle.fail("the profile says how far the light spreads", "leave out inner_deg and outer_deg"));
+        }
+        let profile = ies::read(&self.reader, &node.need("profile")?)?;
+        let rotation = node.get("rotate_deg").map_or(Ok(0.0), |n| n.within(-360.0, 360.0))?.to_radians();
+        let source = Source::Point(profile.solid_angle());
+        Ok(Light::Profile {
+            position,
+            axes: lamp_axes(direction, rotation),
+            intensity: self.reader.light_by_file(node, "intensity", source, profile.peak_cd())?,
+            profile,
+        })
+    }
+}
+
+/// Luminous flux of a light that has a place, lm.
+pub fn luminous_flux_lm(light: &Light) -> Option<f64> {
+    let (spectrum, extent) = match light {
+        Light::Point { intensity, .. } => (intensity, 4.0 * PI),
+        Light::Spot { intensity, cos_inner, cos_outer, .. } => (intensity, spot_solid_angle(*cos_inner, *cos_outer)),
+        Light::Profile { intensity, profile, .. } => (intensity, profile.solid_angle()),
+        Light::Beam { irradiance, radius, .. } => (irradiance, PI * radius * radius),
+        Light::Sun { .. } | Light::Constant { .. } | Light::Image(_) => return None,
+    };
+    Some(extent * cie::xyz_of(spectrum, Observer::Cie1931)[1])
+}
+
+/// Integral of a spot's falloff over directions: the smoothstep between the cosines counts half.
+pub(in crate::scene) fn spot_solid_angle(cos_inner: f64, cos_outer: f64) -> f64 {
+    2.0 * PI * (1.0 - 0.5 * (cos_inner + cos_outer))
+}

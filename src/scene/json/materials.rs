@@ -1,0 +1,348 @@
+//! Materials, media and the volumes that dielectrics and boundaries enclose.
+
+use crate::bsdf::sheen::LEAST;
+use crate::error::{Result, quoted, suggest};
+use crate::scene::grain::grain;
+use crate::scene::json::Node;
+use crate::scene::json::keys::MATERIALS;
+use crate::scene::json::load::Loader;
+use crate::scene::json::spectra::Place;
+use crate::scene::{Film, Interior, Material};
+use crate::spectrum::{Ior, Spectrum, library};
+use std::collections::HashMap;
+
+/// Thickest film, nm: in thicker ones the colours of neighbouring wavelengths run into each other.
+pub(in crate::scene) const THICKEST_FILM: f64 = 10_000.0;
+/// Mixes of mixes may be this deep.
+const DEEPEST_MIX: usize = 8;
+
+/// A homogeneous medium as a scene names it.
+#[derive(Clone)]
+struct Medium {
+    sigma_a: Spectrum,
+    sigma_s: Spectrum,
+    g: f64,
+}
+
+/// What the materials of a scene file are made with.
+#[derive(Clone, Default)]
+pub(in crate::scene) struct Materials {
+    media: HashMap<String, Medium>,
+}
+
+impl Materials {
+    /// Reads `media`, `surroundings` and `materials` into the loader's scene; `interiors[0]` is what surrounds everything.
+    pub(in crate::scene) fn read(loader: &mut Loader, root: &Node) -> Result<()> {
+        let mut media = HashMap::new();
+        for (name, node) in root.get("media").map_or(Ok(Vec::new()), |n| n.entries())? {
+            media.insert(name.to_string(), medium(loader, &node)?);
+        }
+        let this = Materials { media };
+        let mut surroundings = Interior::vacuum("surroundings");
+        if let Some(node) = root.get("surroundings") {
+            node.object("surroundings")?;
+            if let Some(ior) = node.get("ior") {
+                surroundings.ior = loader.reader.ior(&ior)?;
+            }
+            if let Some(medium) = node.get("medium") {
+                this.fill(&mut surroundings, &medium)?;
+            }
+        }
+        loader.scene.interiors.push(surroundings);
+
+        let nodes = root.get("materials").map_or(Ok(Vec::new()), |n| n.entries())?;
+        for (index, (name, _)) in nodes.iter().enumerate() {
+            loader.names.insert(name.to_string(), index);
+            // Its place: materials may add others of no name.
+            loader.scene.materials.push(Material::Boundary { interior: None });
+        }
+        for (index, (name, node)) in nodes.iter().enumerate() {
+            node.object("material")?;
+            this.place(loader, index, name, node)?;
+        }
+        loader.kit = this;
+        for (index, (_, node)) in nodes.iter().enumerate() {
+            check_parts(&loader.scene.materials, index, 0).map_err(|problem| node.fail(problem, "use simpler materials"))?;
+        }
+        Ok(())
+    }
+
+    fn fill(&self, interior: &mut Interior, name: &Node) -> Result<()> {
+        let word = name.string()?;
+        let Some(medium) = self.media.get(word) else {
+            let known: Vec<&str> = self.media.keys().map(String::as_str).collect();
+            return Err(name.fail(format!("unknown medium {}", quoted(word)), suggest(word, known)));
+        };
+        interior.sigma_a = sum(interior.sigma_a.clone(), medium.sigma_a.clone(), name)?;
+        interior.sigma_s = medium.sigma_s.clone();
+        interior.g = medium.g;
+        Ok(())
+    }
+
+    /// Puts the material that `node` describes at this index; `name` is for what it encloses.
+    pub(in crate::scene) fn place(&self, loader: &mut Loader, index: usize, name: &str, node: &Node) -> Result<()> {
+        let material = self.material(loader, name, node)?;
+        let film = film(loader, node, &material)?;
+        loader.scene.materials[index] = material;
+        if let Some(film) = film {
+            loader.put_film(index, &film);
+        }
+        if let Some(node) = node.get("conductor").and_then(|inner| inner.get("anisotropy")) {
+            if let Material::Conductor { alpha: 0.0, .. } | Material::ColoredConductor { alpha: 0.0, .. } =
+                loader.scene.materials[index]
+            {
+                return Err(
+                    node.fail("a smooth metal has no grain", "give it a \"roughness\": the least it has in any direction")
+                );
+            }
+            loader.put_grain(index, grain(&node)?);
+        }
+        Ok(())
+    }
+
+    fn material(&self, loader: &mut Loader, name: &str, node: &Node) -> Result<Material> {
+        let (kind, inner) = node.one_of(MATERIALS)?;
+        inner.object(kind)?;
+        Ok(match kind {
+            "diffuse" => Material::Diffuse { reflectance: loader.share(&inner.need("reflectance")?)? },
+            "dielectric" => {
+                let ior = inner.need("ior")?;
+                let mut interior =
+                    Interior { ior: loader.reader.ior(&ior)?, priority: priority(&inner, 1)?, ..Interior::vacuum(name) };
+                note_extrapolation(loader, name, &interior.ior);
+                if let Some(absorption) = inner.get("absorption") {
+                    interior.sigma_a = absorption_of(loader, &absorption, &ior)?;
+                }
+                if let Some(medium) = inner.get("medium") {
+                    self.fill(&mut interior, &medium)?;
+                }
+                loader.scene.interiors.push(interior);
+                let interior = loader.scene.interiors.len() - 1;
+                let roughness = loader.roughness(&inner)?;
+                loader.rough(&roughness, |alpha| Material::Dielectric { interior, alpha })
+            }
+            "thin_dielectric" => {
+                let ior = loader.reader.ior(&inner.need("ior")?)?;
+                note_extrapolation(loader, name, &ior);
+                Material::ThinDielectric { ior }
+            }
+            "conductor" => {
+                let roughness = loader.roughness(&inner)?;
+                if let Some(reflectance) = inner.get("reflectance") {
+                    if let Some(surplus) = ["metal", "eta", "k"].iter().find_map(|key| inner.get(key)) {
+                        return Err(surplus.fail("\"reflectance\" already says what it reflects", "keep one of the two"));
+                    }
+                    let reflectance = loader.share(&reflectance)?;
+                    return Ok(
+                        loader.rough(&roughness, |alpha| Material::ColoredConductor { reflectance: reflectance.clone(), alpha })
+                    );
+                }
+                let (eta, k) = conductor(loader, &inner)?;
+                loader.rough(&roughness, |alpha| Material::Conductor { eta: eta.clone(), k: k.clone(), alpha })
+            }
+            "coated" => {
+                let ior = loader.reader.ior(&inner.need("ior")?)?;
+                note_extrapolation(loader, name, &ior);
+                let (base, roughness) = (loader.material_index(&inner.need("of")?)?, loader.roughness(&inner)?);
+                loader.rough(&roughness, |alpha| Material::Coated { base, ior: ior.clone(), alpha })
+            }
+            "sheen" => {
+                let color = loader.reader.spectrum(&inner.need("color")?, Place::Share)?;
+                let (base, roughness) = (loader.material_index(&inner.need("of")?)?, loader.roughness(&inner)?);
+                loader.rough(&roughness, |alpha| Material::Sheen { base, color: color.clone(), alpha: alpha.max(LEAST) })
+            }
+            "mix" => Material::Mix {
+                a: loader.material_index(&inner.need("a")?)?,
+                b: loader.material_index(&inner.need("b")?)?,
+                weight: loader.share(&inner.need("weight")?)?,
+            },
+            "normal_map" => {
+                Material::NormalMapped { base: loader.material_index(&inner.need("of")?)?, normals: loader.normals(&inner)? }
+            }
+            _ => Material::Boundary { interior: self.boundary(loader, name, &inner)? },
+        })
+    }
+
+    fn boundary(&self, loader: &mut Loader, name: &str, node: &Node) -> Result<Option<usize>> {
+        let Some(medium) = node.get("medium") else {
+            if let Some(surplus) = node.get("ior").or(node.get("priority")) {
+                return Err(surplus.fail("a boundary without a medium has no inside", "add \"medium\", or remove this key"));
+            }
+            return Ok(None);
+        };
+        // A boundary does not refract: what lies behind it has the index of what surrounds it, unless the scene knows better.
+        let ior = match node.get("ior") {
+            Some(ior) => loader.reader.ior(&ior)?,
+            None => loader.scene.interiors[0].ior.clone(),
+        };
+        let mut interior = Interior { ior, priority: priority(node, 0)?, ..Interior::vacuum(name) };
+        self.fill(&mut interior, &medium)?;
+        loader.scene.interiors.push(interior);
+        Ok(Some(loader.scene.interiors.len() - 1))
+    }
+}
+
+impl Interior {
+    /// Index 1, nothing in it, lowest priority.
+    pub(in crate::scene) fn vacuum(name: &str) -> Self {
+        Interior {
+            name: name.chars().filter(|c| !c.is_control()).collect(),
+            ior: Ior::constant(1.0),
+            sigma_a: Spectrum::Constant(0.0),
+            sigma_s: Spectrum::Constant(0.0),
+            g: 0.0,
+            priority: 0,
+        }
+    }
+}
+
+impl Loader {
+    /// Puts a film on the material at this index, or on all the levels of its roughness.
+    pub(in crate::scene) fn put_film(&mut self, index: usize, film: &Film) {
+        let filmed = self.scene.levels(index);
+        self.scene.films.extend(filmed.map(|i| (i, film.clone())));
+    }
+
+    /// The index of the material that `node` names.
+    pub(in crate::scene) fn material_index(&self, node: &Node) -> Result<usize> {
+        let name = node.string()?;
+        let unknown =
+            || node.fail(format!("unknown material {}", quoted(name)), suggest(name, self.names.keys().map(String::as_str)));
+        self.names.get(name).copied().ok_or_else(unknown)
+    }
+}
+
+/// The film on a material, or of a pane that is one itself.
+fn film(loader: &Loader, node: &Node, material: &Material) -> Result<Option<Film>> {
+    let (_, inner) = node.one_of(MATERIALS)?;
+    let (Some(node), own_ior) = (match material {
+        Material::ThinDielectric { ior } => (inner.get("thickness").map(|_| inner.clone()), Some(ior)),
+        _ => (inner.get("thin_film"), None),
+    }) else {
+        return Ok(None);
+    };
+    if own_ior.is_none() {
+        node.object("thin_film")?;
+    }
+    let first = if let Material::Graded { first, .. } = material { &loader.scene.materials[*first] } else { material };
+    match first {
+        Material::Dielectric { .. } if !matches!(material, Material::Dielectric { alpha: 0.0, .. }) => {
+            return Err(node.fail("a film on rough glass", "make the glass smooth, or leave out the film"));
+        }
+        Material::ColoredConductor { .. } => {
+            return Err(node.fail("what a film does depends on the metal's index", "give \"metal\", or \"eta\" and \"k\""));
+        }
+        _ => {}
+    }
+    let ior = own_ior.map_or_else(|| loader.reader.ior(&node.need("ior")?), |ior| Ok(ior.clone()))?;
+    Ok(Some(Film { ior, thickness_nm: node.need("thickness")?.within(0.0, THICKEST_FILM)? }))
+}
+
+fn medium(loader: &Loader, node: &Node) -> Result<Medium> {
+    node.object("medium")?;
+    let coefficient = |key| match node.get(key) {
+        Some(n) => loader.reader.spectrum(&n, Place::Coefficient),
+        None => Ok(Spectrum::Constant(0.0)),
+    };
+    let g = node.get("g").map_or(Ok(0.0), |n| n.within(-0.999, 0.999))?;
+    Ok(Medium { sigma_a: coefficient("sigma_a")?, sigma_s: coefficient("sigma_s")?, g })
+}
+
+/// Glass absorbs by itself or by what is dissolved in it: both together are not one spectrum here.
+fn sum(own: Spectrum, medium: Spectrum, at: &Node) -> Result<Spectrum> {
+    match (own.is_zero(), medium.is_zero()) {
+        (true, _) => Ok(medium),
+        (false, true) => Ok(own),
+        (false, false) => Err(at.fail("both \"absorption\" and the medium's \"sigma_a\" absorb", "keep one of the two")),
+    }
+}
+
+/// `absorption` of a dielectric in m^-1: a spectrum, or `"catalogue"` for what is known of the named glass.
+fn absorption_of(loader: &Loader, node: &Node, ior: &Node) -> Result<Spectrum> {
+    if !node.value.is_string() {
+        return loader.reader.spectrum(node, Place::Coefficient);
+    }
+    node.choice(&["catalogue"])?;
+    let name = ior.get("glass").unwrap_or_else(|| ior.clone());
+    let Some(name) = name.value.as_str() else {
+        return Err(node.fail("the glass has no name to look up", "name the glass, or give the absorption in m^-1"));
+    };
+    let found = library::glass_absorption(name);
+    let spectrum =
+        found.ok_or_else(|| node.fail(format!("no absorption is known of {}", quoted(name)), "give the absorption in m^-1"))?;
+    loader.reader.check(node, &spectrum, Place::Coefficient)?;
+    Ok(spectrum)
+}
+
+fn conductor(loader: &Loader, node: &Node) -> Result<(Spectrum, Spectrum)> {
+    if let Some(metal) = node.get("metal") {
+        if let Some(surplus) = node.get("eta").or(node.get("k")) {
+            return Err(surplus.fail("\"metal\" already gives eta and k", "keep either the name or the numbers"));
+        }
+        let name = metal.string()?;
+        let unknown =
+            || metal.fail(format!("unknown metal {}", quoted(name)), suggest(name, library::metal_names().iter().copied()));
+        return library::metal(name).ok_or_else(unknown);
+    }
+    let missing = |key| node.fail(format!("{key:?} is missing"), "add \"metal\", \"reflectance\", or \"eta\" and \"k\"");
+    let [eta, k] = ["eta", "k"].map(|key| node.get(key).ok_or_else(|| missing(key)));
+    Ok((loader.reader.spectrum(&eta?, Place::Coefficient)?, loader.reader.spectrum(&k?, Place::Coefficient)?))
+}
+
+fn priority(node: &Node, default: u8) -> Result<u8> {
+    node.get("priority").map_or(Ok(default), |n| Ok(n.integer(0, 255)? as u8))
+}
+
+fn note_extrapolation(loader: &mut Loader, name: &str, ior: &Ior) {
+    let (lo, hi) = loader.reader.range;
+    let (min, max) = ior.range_nm;
+    if ior.extrapolate && (lo < min || hi > max) {
+        loader.note(format!("the index of {} is known from {min} to {max} nm and extrapolated to {lo} to {hi} nm", quoted(name)));
+    }
+}
+
+/// What contains itself or is nested too deeply is an error, and so is a coat on what does not end a ray.
+fn check_parts(materials: &[Material], index: usize, depth: usize) -> std::result::Result<(), String> {
+    if depth > DEEPEST_MIX {
+        return Err(format!("materials contain each other, or are nested more than {DEEPEST_MIX} deep"));
+    }
+    match &materials[index] {
+        Material::Coated { base, .. } => {
+            check_parts(materials, *base, depth + 1)?;
+            if is_coatable(materials, *base) {
+                Ok(())
+            } else {
+                Err("a coat lies on paint or metal, or on mixtures of them".into())
+            }
+        }
+        Material::Sheen { base, .. } => {
+            check_parts(materials, *base, depth + 1)?;
+            if wears_sheen(materials, *base) {
+                Ok(())
+            } else {
+                Err("sheen lies on paint, metal or what is coated, or on mixtures of them".into())
+            }
+        }
+        Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => check_parts(materials, *base, depth + 1),
+        Material::Mix { a, b, .. } => [a, b].into_iter().try_for_each(|&part| check_parts(materials, part, depth + 1)),
+        _ => Ok(()),
+    }
+}
+
+fn wears_sheen(materials: &[Material], index: usize) -> bool {
+    match &materials[index] {
+        Material::Coated { .. } => true,
+        Material::Graded { first, .. } => wears_sheen(materials, *first),
+        Material::Mix { a, b, .. } => wears_sheen(materials, *a) && wears_sheen(materials, *b),
+        _ => is_coatable(materials, index),
+    }
+}
+
+fn is_coatable(materials: &[Material], index: usize) -> bool {
+    match &materials[index] {
+        Material::Diffuse { .. } | Material::Conductor { .. } | Material::ColoredConductor { .. } => true,
+        Material::Graded { first, .. } => is_coatable(materials, *first),
+        Material::Mix { a, b, .. } => is_coatable(materials, *a) && is_coatable(materials, *b),
+        _ => false,
+    }
+}

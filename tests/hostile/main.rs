@@ -1,0 +1,187 @@
+//! Files from strangers: no input makes Abbe panic, hang, or ask for more memory than its size explains. Files that ship are changed, cut, doubled and
+//! filled with nasty numbers; `ABBE_HOSTILE` says how many inputs (tools/soak: a million). Known attacks and inputs of past
+//! failures lie in tests/data/hostile.
+
+mod memory;
+mod mutation;
+
+use abbe::output::SpectralImage;
+use abbe::scene::{LoadOptions, load, load_str};
+use mutation::{Random, mutate};
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+/// Memory that any input may take, and how many bytes more for each byte of the file. Pictures may be compressed: 1032 pixels to a byte at most, and
+/// a Mi of them anyway, of up to 160 bytes each while they are read.
+const BASE: usize = 192 << 20;
+const PER_BYTE: usize = 4096;
+const PER_BYTE_OF_PICTURE: usize = 1032 * 160;
+/// An input that takes more processor time than this is a hang: other programs may stand in the way for longer.
+const LONGEST: Duration = Duration::from_secs(60);
+
+/// How an input is read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    Scene,
+    Mesh,
+    Gltf,
+    Environment,
+    Texture,
+    Spectrum,
+    Profile,
+    Exr,
+}
+
+/// Files to start from, and how they are read.
+const CORPUS: &[(&str, Kind)] = &[
+    ("tests/data/scenes/everything.json", Kind::Scene),
+    ("scenes/starter.json", Kind::Scene),
+    ("scenes/newton.json", Kind::Scene),
+    ("scenes/fog.json", Kind::Scene),
+    ("scenes/compare/newton/prism.ply", Kind::Mesh),
+    ("tests/data/scenes/dropped.ply", Kind::Mesh),
+    ("tests/data/scenes/square.obj", Kind::Mesh),
+    ("tests/data/scenes/glass.gltf", Kind::Mesh),
+    ("tests/data/scenes/glass.gltf", Kind::Gltf),
+    ("tests/data/scenes/blender.glb", Kind::Gltf),
+    ("tests/data/scenes/bumpy.gltf", Kind::Gltf),
+    ("tests/data/scenes/sky.png", Kind::Environment),
+    ("tests/data/scenes/sky.png", Kind::Texture),
+    ("tests/data/scenes/ramp.csv", Kind::Spectrum),
+    ("tests/data/scenes/lamp.ies", Kind::Profile),
+    ("tests/data/fichet_emissive_20.exr", Kind::Exr),
+    ("tests/data/fichet_reflective_20.exr", Kind::Exr),
+];
+
+/// Processor time of this process, user's and system's (proc(5), in hundredths of a second), or where that is not told the time.
+fn spent() -> Duration {
+    static START: OnceLock<Instant> = OnceLock::new();
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let fields = stat.rsplit_once(')').map_or("", |(_, rest)| rest).split_whitespace().skip(11).take(2);
+    let hundredths: Vec<u64> = fields.filter_map(|f| f.parse().ok()).collect();
+    match hundredths[..] {
+        [user, system] => Duration::from_millis(10 * (user + system)),
+        _ => START.get_or_init(Instant::now).elapsed(),
+    }
+}
+
+fn project(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
+/// Reads `bytes` as a file of this kind and name in `folder`; whether it was accepted. Errors are of one line.
+fn read(kind: Kind, bytes: &[u8], folder: &Path, name: &str) -> bool {
+    let options = LoadOptions::default();
+    let within = |rest: &str| {
+        let head = r#""film": {"width": 8, "height": 8}, "camera": {"orthographic": {"eye": [0, 0, 5], "target": [0, 0, 0], "height": 2}}"#;
+        load_str(&format!("{{{head}, {rest}}}"), Path::new("hostile.json"), folder, &options).map(|_| ())
+    };
+    if kind != Kind::Scene {
+        std::fs::write(folder.join(name), bytes).expect("a place for the input");
+    }
+    let read = match kind {
+        Kind::Scene => {
+            load_str(&String::from_utf8_lossy(bytes), Path::new("hostile.json"), &project("tests/data/scenes"), &options)
+                .map(|_| ())
+        }
+        Kind::Mesh => within(&format!(
+            r#""materials": {{"m": {{"diffuse": {{"reflectance": 0.5}}}}}}, "shapes": [{{"mesh": {{"file": "{name}", "smooth": true}}, "material": "m"}}]"#
+        )),
+        Kind::Gltf => load(&folder.join(name), &options).map(|_| ()),
+        Kind::Environment => within(&format!(r#""lights": [{{"image": {{"file": "{name}"}}}}]"#)),
+        Kind::Texture => within(&format!(
+            r#""materials": {{"m": {{"diffuse": {{"reflectance": {{"texture": "{name}"}}}}}}}},
+               "shapes": [{{"quad": {{"corner": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}}, "material": "m"}}]"#
+        )),
+        Kind::Spectrum => within(&format!(r#""lights": [{{"constant": {{"radiance": {{"file": "{name}"}}}}}}]"#)),
+        Kind::Profile => {
+            within(&format!(r#""lights": [{{"spot": {{"position": [0, 0, 0], "direction": [0, -1, 0], "profile": "{name}"}}}}]"#))
+        }
+        Kind::Exr => SpectralImage::read(folder.join(name)).map(|_| ()),
+    };
+    if let Err(e) = &read {
+        assert!(!e.to_string().contains('\n'), "more than one line: {e}");
+    }
+    read.is_ok()
+}
+
+/// Reads an input under watch. One that fails stays in the temporary folder, and the message says where.
+fn watched(kind: Kind, bytes: &[u8], folder: &Path, name: &str, what: &str) -> bool {
+    let (start, before) = (spent(), memory::watch());
+    let outcome = std::panic::catch_unwind(|| read(kind, bytes, folder, name));
+    let (took, used) = (spent().saturating_sub(start), memory::peak().saturating_sub(before));
+    let per_byte = if matches!(kind, Kind::Environment | Kind::Texture | Kind::Gltf) { PER_BYTE_OF_PICTURE } else { PER_BYTE };
+    let allowed = BASE + per_byte * bytes.len();
+    if outcome.is_ok() && took < LONGEST && used <= allowed {
+        return outcome.unwrap_or(false);
+    }
+    let kept = std::env::temp_dir().join(format!("abbe-hostile-{what}-{name}"));
+    std::fs::write(&kept, bytes).expect("a place for the culprit");
+    panic!(
+        "{kind:?} {what}: panicked: {}, took {took:.1?}, used {used} of {allowed} bytes; kept as {}",
+        outcome.is_err(),
+        kept.display()
+    );
+}
+
+#[test]
+fn no_input_panics_hangs_or_asks_for_memory_that_its_size_does_not_explain() {
+    let total: usize = std::env::var("ABBE_HOSTILE").ok().and_then(|n| n.parse().ok()).unwrap_or(6000);
+    let folder = std::env::temp_dir().join(format!("abbe-hostile-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    // What is built once is no input's doing.
+    read(Kind::Texture, &std::fs::read(project("tests/data/scenes/sky.png")).expect("a picture"), &folder, "sky.png");
+    let accepted = AtomicUsize::new(0);
+    let mut random = Random(u64::from(std::env::var("ABBE_HOSTILE_SEED").ok().and_then(|n| n.parse::<u32>().ok()).unwrap_or(1)));
+    let mut slowest = Duration::ZERO;
+    for (i, (file, kind)) in CORPUS.iter().cycle().enumerate().take(total) {
+        let mut bytes = std::fs::read(project(file)).expect("a file that ships");
+        let name = Path::new(file).file_name().expect("a name").to_string_lossy().into_owned();
+        mutate(&mut bytes, &mut random);
+        if i > 0 && i % 100_000 == 0 {
+            println!("{i} inputs so far");
+        }
+        let start = spent();
+        if watched(*kind, &bytes, &folder, &name, &format!("input-{i}")) {
+            accepted.fetch_add(1, Ordering::Relaxed);
+        }
+        slowest = slowest.max(spent().saturating_sub(start));
+    }
+    std::fs::remove_dir_all(&folder).expect("the folder");
+    let accepted = accepted.into_inner();
+    println!(
+        "{total} inputs of {} files: {accepted} accepted, slowest {slowest:.1?}, at most {} MiB at a time",
+        CORPUS.len(),
+        memory::greatest() >> 20
+    );
+    // The mutations are gentle enough that both outcomes are exercised.
+    assert!(accepted > total / 50 && accepted < total - total / 50, "{accepted} of {total} accepted");
+}
+
+#[test]
+fn known_attacks_and_inputs_of_past_failures_are_errors_of_one_line() {
+    let folder = std::env::temp_dir().join(format!("abbe-hostile-past-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let mut seen = 0;
+    for entry in std::fs::read_dir(project("tests/data/hostile")).expect("the corpus") {
+        let path = entry.expect("an entry").path();
+        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+        let kind = match name.rsplit('.').next() {
+            Some("json") => Kind::Scene,
+            Some("ply" | "obj") => Kind::Mesh,
+            Some("glb" | "gltf") => Kind::Gltf,
+            Some("png" | "jpg" | "hdr") => Kind::Texture,
+            Some("csv") => Kind::Spectrum,
+            Some("ies") => Kind::Profile,
+            Some("exr") => Kind::Exr,
+            _ => continue,
+        };
+        let bytes = std::fs::read(&path).expect("an input");
+        assert!(!watched(kind, &bytes, &folder, &name, "past"), "{name} was accepted");
+        seen += 1;
+    }
+    std::fs::remove_dir_all(&folder).expect("the folder");
+    assert!(seen >= 3, "{seen} inputs");
+}

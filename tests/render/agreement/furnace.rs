@@ -1,0 +1,269 @@
+//! Answers known without a reference: in uniform light nothing that only bends it can be seen, and glass whose index hardly varies is
+//! as good as glass of one index.
+
+use super::compare::{against, agree, gpu, pairs};
+use crate::scenes::*;
+use abbe::bsdf::coat::Coat;
+use abbe::bsdf::energy::EnergyTable;
+use abbe::bsdf::fresnel;
+use abbe::bsdf::sheen::Sheen;
+use abbe::compare::difference::threshold;
+use abbe::scene::*;
+use abbe::spectrum::{Formula, Ior, Spectrum};
+use glam::{DVec3, dvec3};
+use std::f64::consts::PI;
+
+/// A view of what `fill` adds, in uniform light of radiance 1.
+fn furnace(fill: impl Fn(&mut Scene)) -> Scene {
+    let mut s = scene(16, 16, 4, orthographic(dvec3(0.0, 0.0, 5.0), DVec3::ZERO, 2.2));
+    s.max_depth = 2000;
+    s.lights.push(Light::Constant { radiance: flat(1.0) });
+    fill(&mut s);
+    s
+}
+
+/// Radiance 1 in every bin, over the image and in every block, to 1e-3 and the errors.
+fn cannot_be_seen(name: &str, scene: &Scene, spp: u32) {
+    let batches = gpu(scene, 3, spp);
+    let figures = batches.figures();
+    let everywhere = (0..16).flat_map(|block| (0..4).map(move |bin| (block, bin)));
+    let blocks = everywhere.map(|(block, bin)| (format!("block {block} bin {bin}"), batches.over(&[block], bin), 0.01));
+    let bins = figures.bins.iter().enumerate().map(|(i, &f)| (format!("bin {i}"), f, 0.002));
+    for (what, f, small) in bins.chain(blocks) {
+        let limit = threshold(68, f.dof) * f.error + 1e-3;
+        assert!((f.mean - 1.0).abs() < limit, "{name}: {what}: {} +- {}", f.mean, f.error);
+        assert!(f.error < small, "{name}: {what}: an error of {} is too large to tell anything", f.error);
+    }
+    println!("{name}: {:?}", figures.bins.iter().map(|f| f.mean - 1.0).collect::<Vec<_>>());
+}
+
+#[test]
+fn smooth_glass_in_uniform_light_cannot_be_seen() {
+    let ball = furnace(|s| {
+        let m = glass(s, solid("glass", 1.5, 1), 0.0);
+        shape(s, m, sphere(DVec3::ZERO, 1.0));
+    });
+    cannot_be_seen("ball", &ball, 16);
+    let cube = furnace(|s| {
+        let m = glass(s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0);
+        shape(s, m, cuboid(dvec3(-0.8, -0.7, -0.6), dvec3(0.7, 0.8, 0.9)));
+    });
+    cannot_be_seen("dispersive cube", &cube, 256);
+}
+
+#[test]
+fn nested_glass_in_uniform_light_cannot_be_seen() {
+    let nested = furnace(|s| {
+        let water = glass(s, solid("water", 1.33, 1), 0.0);
+        let glass_ = glass(s, solid("glass", 1.5, 2), 0.0);
+        let bubble = glass(s, solid("bubble", 1.0, 3), 0.0);
+        shape(s, water, sphere(DVec3::ZERO, 1.0));
+        shape(s, glass_, sphere(dvec3(0.3, 0.3, 0.0), 0.6));
+        shape(s, bubble, sphere(dvec3(0.1, 0.0, 0.2), 0.3));
+    });
+    cannot_be_seen("nested", &nested, 16);
+}
+
+#[test]
+fn uniform_light_is_the_same_in_any_number_of_bins_over_any_range() {
+    for (count, min_nm, max_nm) in
+        [(1, 380.0, 780.0), (400, 380.0, 780.0), (3, 300.0, 2500.0), (400, 300.0, 2500.0), (33, 1000.0, 1001.0)]
+    {
+        let mut ball = furnace(|s| {
+            let m = glass(s, solid("glass", 1.5, 1), 0.0);
+            shape(s, m, sphere(DVec3::ZERO, 1.0));
+        });
+        ball.film.bins = Bins { min_nm, max_nm, count };
+        for (bin, f) in gpu(&ball, 3, 512).figures().bins.iter().enumerate() {
+            let limit = threshold(count as usize, f.dof) * f.error + 1e-3;
+            assert!(
+                (f.mean - 1.0).abs() < limit && f.error < 0.005,
+                "{count} bins over {min_nm} to {max_nm} nm: bin {bin}: {f:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn rough_surfaces_in_uniform_light_cannot_be_seen() {
+    for alpha in [0.1, 0.4, 1.0] {
+        let ball = furnace(|s| {
+            let m = glass(s, solid("glass", 1.5, 1), alpha);
+            shape(s, m, sphere(DVec3::ZERO, 1.0));
+        });
+        cannot_be_seen(&format!("rough ball {alpha}"), &ball, 128);
+    }
+    let mirror = furnace(|s| {
+        let m = material(s, Material::Conductor { eta: flat(1e-6), k: flat(10.0), alpha: 0.5 });
+        shape(s, m, sphere(DVec3::ZERO, 1.0));
+    });
+    cannot_be_seen("rough mirror", &mirror, 128);
+    for (alpha, strength) in [(0.05, 0.7), (0.3, 1.0)] {
+        let brushed = furnace(|s| {
+            let m = material(s, Material::Conductor { eta: flat(1e-6), k: flat(10.0), alpha });
+            s.grains.insert(m, Grain { strength, rotation: 0.4 });
+            shape(s, m, sphere(DVec3::ZERO, 1.0));
+        });
+        cannot_be_seen(&format!("brushed mirror {alpha} {strength}"), &brushed, 128);
+    }
+    for alpha in [0.0, 0.3] {
+        let coated = furnace(|s| {
+            let white = material(s, Material::Diffuse { reflectance: flat(1.0).into() });
+            let m = material(s, Material::Coated { base: white, ior: flint(), alpha });
+            shape(s, m, sphere(DVec3::ZERO, 1.0));
+        });
+        cannot_be_seen(&format!("white under a coat {alpha}"), &coated, 32);
+    }
+}
+
+/// Sheen over black and over white in uniform light, seen at three angles: its own albedo, and together never more than all light.
+#[test]
+fn sheen_in_uniform_light_is_as_bright_as_its_albedo() {
+    for (mu, alpha) in [(0.03f64, 0.02), (0.25, 0.3), (0.9, 1.0)] {
+        let sheen = Sheen::new(alpha, 0.9);
+        let wi = dvec3((1.0 - mu * mu).sqrt(), 0.0, mu);
+        // The midpoint rule over the root of the cosine and the azimuth.
+        let (mut own, mut below) = (0.0, 0.0);
+        for i in 0..400 {
+            let x = (f64::from(i) + 0.5) / 400.0;
+            let (z, r) = (x * x, (1.0 - x.powi(4)).sqrt());
+            below += 4.0 * x * z * sheen.over(mu, z) / 400.0;
+            for k in 0..200 {
+                let phi = PI * (f64::from(k) + 0.5) / 200.0;
+                own += 4.0 * PI * x * sheen.eval(wi, dvec3(r * phi.cos(), r * phi.sin(), z)) / 80_000.0;
+            }
+        }
+        for (rho, exact) in [(0.0, 0.9 * own), (1.0, 0.9 * own + below)] {
+            let mut s = scene(16, 16, 4, orthographic(10.0 * dvec3(0.0, mu, (1.0 - mu * mu).sqrt()), DVec3::ZERO, 0.1));
+            s.materials[0] = Material::Diffuse { reflectance: flat(rho).into() };
+            let m = material(&mut s, Material::Sheen { base: 0, color: flat(0.9), alpha });
+            shape(&mut s, m, disc(DVec3::ZERO, DVec3::Y, 3.0));
+            s.lights.push(Light::Constant { radiance: flat(1.0) });
+            for (bin, f) in gpu(&s, 3, 64).figures().bins.iter().enumerate() {
+                println!("mu {mu} alpha {alpha} over {rho}: bin {bin}: {} +- {}, exact {exact}", f.mean, f.error);
+                assert!((f.mean - exact).abs() < threshold(4, f.dof) * f.error + 1e-3, "mu {mu} over {rho}: {f:?}, not {exact}");
+                assert!(f.error < 5e-3 && f.mean < 1.001, "mu {mu} over {rho}: {f:?}");
+            }
+        }
+    }
+}
+
+/// Uniform light mirrored at 40 degrees by titanium with an oxide on it: in each of 20 bins what Airy's formula says.
+#[test]
+fn a_film_on_metal_has_its_colours() {
+    let mut s = scene(16, 16, 20, orthographic(dvec3(0.0, 40f64.to_radians().cos(), 40f64.to_radians().sin()), DVec3::ZERO, 0.1));
+    let metal = material(&mut s, Material::Conductor { eta: flat(1.9), k: flat(2.6), alpha: 0.0 });
+    let film = Film { ior: Ior::constant(2.5), thickness_nm: 160.0 };
+    s.films.insert(metal, film.clone());
+    shape(&mut s, metal, disc(DVec3::ZERO, DVec3::Y, 1.0));
+    s.lights.push(Light::Constant { radiance: flat(1.0) });
+    let figures = gpu(&s, 3, 64).figures();
+    for (bin, f) in figures.bins.iter().enumerate() {
+        let at = |i: u32| s.film.bins.edge_nm(bin as u32) + s.film.bins.width_nm() * (f64::from(i) + 0.5) / 100.0;
+        let exact =
+            (0..100).map(|i| film.between(1.0, (1.9, 2.6), at(i)).reflectance(40f64.to_radians().cos())).sum::<f64>() / 100.0;
+        assert!((f.mean - exact).abs() < threshold(20, f.dof) * f.error + 1e-4, "bin {bin}: {f:?} instead of {exact}");
+        assert!(f.error < 2e-3, "bin {bin}: {f:?} tells nothing");
+    }
+}
+
+/// Parallel light on a floor seen from straight above through a pane that hardly reflects: only gathering finds it, as much of it as coats let in and out.
+#[test]
+fn paint_under_a_coat_seen_through_glass_is_as_bright_as_its_coat_lets_it_be() {
+    let (rho, mu) = (0.5, 30f64.to_radians().cos());
+    for alpha in [0.0, 0.4] {
+        let mut s = scene(16, 16, 4, orthographic(dvec3(0.0, 1.0, 0.0), DVec3::ZERO, 0.5));
+        s.materials[0] = Material::Diffuse { reflectance: flat(rho).into() };
+        let coated = material(&mut s, Material::Coated { base: 0, ior: Ior::constant(2.0), alpha });
+        let floor = material(&mut s, Material::Mix { a: coated, b: 0, weight: flat(0.75).into() });
+        shape(&mut s, floor, disc(DVec3::ZERO, DVec3::Y, 2.0));
+        let pane = glass(&mut s, solid("pane", 1.005, 1), 0.0);
+        shape(&mut s, pane, cuboid(dvec3(-5.0, 0.4, -5.0), dvec3(5.0, 0.5, 5.0)));
+        let direction = dvec3(0.5, -mu, 0.0);
+        s.lights.push(Light::Beam { origin: direction * -1.5, direction, radius: 1.0, irradiance: flat(1.0) });
+        let energy = EnergyTable::coat(alpha);
+        let coat = Coat { eta: 2.0, rough: (alpha > 0.0).then_some((alpha, &energy)) };
+        let exact = mu / PI * (0.75 * coat.over_diffuse(rho, mu, 1.0) + 0.25 * rho);
+        for (bin, f) in gpu(&s, 3, 8).figures().bins.iter().enumerate() {
+            let limit = threshold(4, f.dof) * f.error + 5e-3 * exact;
+            println!("coat {alpha}: bin {bin}: {} +- {}, exact {exact}", f.mean, f.error);
+            assert!((f.mean - exact).abs() < limit, "coat {alpha}: bin {bin}: {f:?} instead of {exact}");
+            assert!(f.error < 5e-3 * exact, "coat {alpha}: bin {bin}: {f:?} tells nothing");
+        }
+    }
+}
+
+/// Likewise under sheen, whose own reflection is not found so.
+#[test]
+fn paint_under_sheen_seen_through_glass_is_as_bright_as_its_sheen_lets_it_be() {
+    let (rho, mu) = (0.5, 15f64.to_radians().sin());
+    let mut s = scene(16, 16, 4, orthographic(dvec3(0.0, 1.0, 0.0), DVec3::ZERO, 0.5));
+    s.materials[0] = Material::Diffuse { reflectance: flat(rho).into() };
+    let floor = material(&mut s, Material::Sheen { base: 0, color: flat(0.8), alpha: 0.5 });
+    shape(&mut s, floor, disc(DVec3::ZERO, DVec3::Y, 2.0));
+    let pane = glass(&mut s, solid("pane", 1.005, 1), 0.0);
+    shape(&mut s, pane, cuboid(dvec3(-5.0, 0.4, -5.0), dvec3(5.0, 0.5, 5.0)));
+    let direction = dvec3((1.0 - mu * mu).sqrt(), -mu, 0.0);
+    s.lights.push(Light::Beam { origin: direction * -3.0, direction, radius: 1.0, irradiance: flat(1.0) });
+    let sheen = Sheen::new(0.5, 0.8);
+    // What little the pane reflects at this angle.
+    let pane = 1.0 - fresnel::thin_pane(mu, 1.005);
+    let exact = pane * mu / PI * rho * sheen.over(mu, 1.0);
+    assert!(sheen.over(mu, 1.0) < 0.7, "little to tell");
+    for (bin, f) in gpu(&s, 3, 8).figures().bins.iter().enumerate() {
+        println!("bin {bin}: {} +- {}, exact {exact}", f.mean, f.error);
+        assert!((f.mean - exact).abs() < threshold(4, f.dof) * f.error + 5e-3 * exact, "bin {bin}: {f:?} instead of {exact}");
+        assert!(f.error < 5e-3 * exact, "bin {bin}: {f:?} tells nothing");
+    }
+}
+
+#[test]
+fn fog_that_only_scatters_in_uniform_light_cannot_be_seen() {
+    let fog = furnace(|s| {
+        s.interiors.push(Interior { sigma_s: ramp(0.3, 1.5), g: 0.4, ..solid("fog", 1.0, 0) });
+        let m = material(s, Material::Boundary { interior: Some(1) });
+        shape(s, m, sphere(DVec3::ZERO, 1.0));
+    });
+    cannot_be_seen("fog", &fog, 64);
+}
+
+/// Dispersion that tends to nothing leaves the picture that glass of one index gives, without a tint: every bin, its error small enough to count.
+#[test]
+fn glass_that_hardly_disperses_is_as_glass_that_does_not() {
+    let room_with = |coef_um: Vec<f64>, seed, spp| {
+        let mut s = room(8, 16);
+        let m = glass(&mut s, Interior { ior: Ior::new(Formula::Cauchy { coef_um }), ..solid("glass", 1.0, 1) }, 0.0);
+        shape(&mut s, m, sphere(dvec3(0.0, 0.65, 0.2), 0.55));
+        gpu(&s, seed, spp).figures()
+    };
+    let one = room_with(vec![1.6], 4, 320);
+    for (b, seed) in [(1e-6, 5), (1e-12, 6)] {
+        agree(&format!("B = {b:e} um^2"), &pairs(&room_with(vec![1.6, b], seed, 896), &one, 1.0), 1.0);
+    }
+}
+
+/// A laser line of 0.1 nm across the edge of two bins gives each of them its share of what a lamp of radiance 1 gives.
+#[test]
+fn a_narrow_line_at_the_edge_of_a_bin_goes_to_both_bins() {
+    let room_under = |radiance: Spectrum, seed| {
+        let mut s = room(6, 16);
+        s.materials[0] = Material::Diffuse { reflectance: flat(0.6).into() };
+        let lamp_material = material(&mut s, Material::Diffuse { reflectance: flat(0.0).into() });
+        s.shapes[2].material = lamp_material;
+        s.shapes[2].emission = Some(Emission { radiance: radiance.into(), two_sided: false });
+        let m = glass(&mut s, solid("glass", 1.5, 1), 0.0);
+        shape(&mut s, m, sphere(dvec3(0.0, 1.1, 0.2), 0.3));
+        gpu(&s, seed, 64)
+    };
+    let flat = room_under(flat(1.0), 5);
+    // From 549.97 to 550.07 nm; bins of 50 nm, two of which meet at 550.
+    let line = room_under(Spectrum::Band { center_nm: 550.02, width_nm: 0.1, height: 1000.0 }, 6);
+    for (bin, share) in [0.0, 0.0, 0.6, 1.4, 0.0, 0.0].into_iter().enumerate() {
+        let (line, mut expected) = (line.figures().bins[bin], flat.figures().bins[bin]);
+        expected.mean *= share;
+        expected.error *= share;
+        let (z, error, dof) = against(line, expected);
+        assert!(z.abs() < threshold(6, dof), "bin {bin}: {line:?} is not {expected:?}, z = {z}");
+        assert!(error <= 0.01 * expected.mean, "bin {bin}: {line:?} tells nothing");
+    }
+}

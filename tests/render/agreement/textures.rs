@@ -1,0 +1,156 @@
+//! Scenes with pictures on surfaces: every way of wrapping and filtering, masks, blends, and lamps.
+
+use crate::scenes::*;
+use abbe::color::upsample;
+use abbe::scene::texture::{Image, ImageTexture, Wrap};
+use abbe::scene::{Geometry, Interior, Light, Material, Mesh, Scene, Texture};
+use abbe::spectrum::Spectrum;
+use glam::{DVec2, DVec3, dvec2, dvec3};
+use std::sync::Arc;
+
+/// Saturated colours side by side: interpolated coefficients would show.
+const COLOURS: [[f64; 3]; 6] =
+    [[0.9, 0.05, 0.02], [0.05, 0.8, 0.1], [0.02, 0.1, 0.9], [0.9, 0.85, 0.05], [0.5, 0.5, 0.5], [1.0, 1.0, 1.0]];
+
+fn image(colours: &[[f64; 3]], width: u32, texel: fn([f64; 3]) -> ([f64; 3], f64)) -> Arc<Image> {
+    let texel = |&rgb: &[f64; 3]| {
+        let ([a, b, c], scale) = texel(rgb);
+        [a, b, c, scale].map(|v| v as f32)
+    };
+    Arc::new(Image { width, height: colours.len() as u32 / width, texels: colours.iter().map(texel).collect() })
+}
+
+fn texture(image: Arc<Image>, wrap: [Wrap; 2], to_image: [[f64; 3]; 2]) -> ImageTexture {
+    ImageTexture { image, wrap, nearest: false, to_image, factor: Spectrum::Constant(1.0), cutoff: None }
+}
+
+fn on(texture: ImageTexture) -> Texture {
+    Texture::Image(Arc::new(texture))
+}
+
+/// A parallelogram whose corner has the texture coordinates (0, 1).
+pub fn quad(corner: DVec3, u: DVec3, v: DVec3) -> Geometry {
+    let uvs = [dvec2(0.0, 1.0), dvec2(1.0, 1.0), dvec2(1.0, 0.0), dvec2(0.0, 0.0)].to_vec();
+    let positions = vec![corner, corner + u, corner + u + v, corner + v];
+    Geometry::Mesh(Arc::new(Mesh { positions, uvs, triangles: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() }))
+}
+
+/// A coarse ball, its texture coordinates from -1 to 2, as a screen for wrapping.
+pub fn ball(center: DVec3, radius: f64) -> Geometry {
+    let Geometry::Mesh(mesh) = smooth_ball(center, radius) else { unreachable!("a mesh") };
+    let uvs = mesh.positions.iter().map(|p| DVec2::splat(0.5) + 1.5 * (*p - center).truncate() / radius).collect();
+    Geometry::Mesh(Arc::new(Mesh { uvs, ..Mesh::clone(&mesh) }))
+}
+
+/// Colours repeated over the plane.
+pub fn tiles() -> Texture {
+    let colours = image(&COLOURS, 3, upsample::reflectance_texel);
+    on(texture(colours, [Wrap::Repeat, Wrap::Mirror], [[2.1, 0.7, 0.2], [-0.6, 1.9, -0.4]]))
+}
+
+/// A floor, a wall and a ball with pictures, before them a perforated and a half transparent sheet, and glass.
+pub fn surfaces() -> Scene {
+    let mut s = room(4, 16);
+    s.max_depth = 16;
+    s.shapes.clear();
+    let colours = image(&COLOURS, 3, upsample::reflectance_texel);
+    let reflects = |t| Material::Diffuse { reflectance: on(t) };
+    // Turned, stretched and moved.
+    let tiles = texture(colours.clone(), [Wrap::Repeat, Wrap::Mirror], [[2.1, 0.7, 0.2], [-0.6, 1.9, -0.4]]);
+    let floor = material(&mut s, reflects(tiles));
+    shape(&mut s, floor, quad(dvec3(-2.0, 0.0, 2.0), DVec3::X * 4.0, DVec3::Z * -3.0));
+    let blocks = texture(colours.clone(), [Wrap::Mirror, Wrap::Repeat], [[1.5, 0.0, -0.25], [0.0, 1.5, 0.1]]);
+    let wall = material(&mut s, reflects(ImageTexture { nearest: true, factor: ramp(0.9, 0.5), ..blocks }));
+    shape(&mut s, wall, quad(dvec3(-2.0, 0.0, -1.0), DVec3::X * 4.0, DVec3::Y * 3.0));
+    let clamped = texture(colours.clone(), [Wrap::Clamp; 2], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let clamped = material(&mut s, reflects(clamped));
+    shape(&mut s, clamped, ball(dvec3(-0.45, 0.4, 0.3), 0.35));
+
+    let shares: Vec<[f64; 3]> = [0.1, 0.9, 0.3, 0.7].map(|v| [v; 3]).to_vec();
+    let shares = image(&shares, 2, upsample::reflectance_texel);
+    let nothing = material(&mut s, Material::Boundary { interior: None });
+    let holes = texture(shares.clone(), [Wrap::Repeat; 2], [[3.0, 0.0, 0.0], [0.0, 3.0, 0.0]]);
+    let mask = on(ImageTexture { cutoff: Some(0.5), ..holes });
+    let perforated = material(&mut s, Material::Mix { a: floor, b: nothing, weight: mask });
+    shape(&mut s, perforated, quad(dvec3(-0.9, 0.5, 0.8), dvec3(0.8, 0.0, 0.1), dvec3(0.0, 0.7, 0.1)));
+    let sheer = on(texture(shares, [Wrap::Clamp; 2], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]));
+    let sheer = material(&mut s, Material::Mix { a: wall, b: nothing, weight: sheer });
+    shape(&mut s, sheer, quad(dvec3(0.1, 0.8, 0.8), dvec3(0.8, 0.0, -0.1), dvec3(0.0, 0.5, 0.0)));
+
+    let flint = glass(&mut s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0);
+    shape(&mut s, flint, sphere(dvec3(0.5, 0.4, 0.3), 0.38));
+    lamp(&mut s, disc(dvec3(0.0, 2.2, 0.2), -DVec3::Y, 1.5), ramp(1.0, 2.0));
+    s.lights.push(Light::Constant { radiance: ramp(0.3, 0.2) });
+    s
+}
+
+/// The room under a lamp with a picture in bright and dark colours, which glass focuses.
+pub fn lamps() -> Scene {
+    let mut s = room(4, 16);
+    s.max_depth = 16;
+    s.shapes.truncate(2);
+    let colours = [[9.0, 1.0, 0.5], [0.0, 0.0, 0.0], [0.5, 2.0, 8.0], [1.0, 6.0, 1.0]];
+    let colours = image(&colours, 2, upsample::emission_texel);
+    let picture = texture(colours, [Wrap::Clamp; 2], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    lamp(&mut s, quad(dvec3(-1.4, 2.2, -1.0), DVec3::X * 2.8, DVec3::Z * 2.4), ramp(1.0, 2.0));
+    if let Some(emission) = &mut s.shapes[2].emission {
+        emission.radiance = on(ImageTexture { factor: ramp(0.5, 1.0), ..picture });
+    }
+    let flint = glass(&mut s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0);
+    shape(&mut s, flint, sphere(dvec3(0.0, 0.65, 0.2), 0.55));
+    s
+}
+
+/// A floor of metal, a lacquered wall and a glass ball whose roughness varies, floor and wall with pictures of their colours, around a lamp.
+pub fn roughness() -> Scene {
+    let mut s = room(4, 16);
+    s.max_depth = 16;
+    s.shapes.clear();
+    let colours = image(&COLOURS, 3, upsample::reflectance_texel);
+    let levels = 2..9;
+    let values = [0.15, 0.5, 0.16, 0.3, 0.45, 0.2].map(|v| [0.0, 0.0, 0.0, 2.0 * v]);
+    let values = Arc::new(Image { width: 3, height: 2, texels: values.to_vec() });
+    let graded = |s: &mut Scene, make: &dyn Fn(f64) -> Material| {
+        let first = s.materials.len();
+        s.materials.extend(levels.clone().map(|level| make((level as f64 / abbe::scene::roughness::STEPS as f64).powi(2))));
+        let roughness = on(texture(values.clone(), [Wrap::Mirror; 2], [[0.8, 0.3, 0.0], [-0.2, 0.9, 0.1]]));
+        material(s, Material::Graded { first, levels: levels.clone(), roughness })
+    };
+    let picture = on(texture(colours, [Wrap::Repeat; 2], [[0.7, 0.0, 0.0], [0.0, 0.7, 0.2]]));
+    let metal = graded(&mut s, &|alpha| Material::ColoredConductor { reflectance: picture.clone(), alpha });
+    shape(&mut s, metal, quad(dvec3(-2.0, 0.0, 2.0), DVec3::X * 4.0, DVec3::Z * -3.0));
+    s.interiors.push(Interior { ior: flint(), ..solid("flint", 1.0, 1) });
+    let glass = graded(&mut s, &|alpha| Material::Dielectric { interior: 1, alpha });
+    shape(&mut s, glass, ball(dvec3(0.4, 0.4, 0.3), 0.35));
+    let paint = material(&mut s, Material::Diffuse { reflectance: picture.clone() });
+    let coat = graded(&mut s, &|alpha| Material::Coated { base: paint, ior: flint(), alpha });
+    shape(&mut s, coat, quad(dvec3(-2.0, 0.0, -1.0), DVec3::X * 4.0, DVec3::Y * 3.0));
+    // Its mirror images are as wide as what they are seen in is rough.
+    lamp(&mut s, sphere(dvec3(-0.4, 0.8, 0.0), 0.25), ramp(2.0, 4.0));
+    s
+}
+
+/// A wall, a metal ball and a glass ball, all with maps of normals.
+pub fn normals() -> Scene {
+    let mut s = room(4, 16);
+    s.max_depth = 16;
+    s.shapes.truncate(1);
+    let slopes = [[0.3, 0.2], [-0.4, 0.1], [0.0, -0.3], [0.2, -0.2], [-0.1, 0.35], [0.1, 0.0]];
+    let texels = slopes.iter().map(|[x, y]| [*x, *y, 1.0, 0.0]).collect();
+    let map = Arc::new(Image { width: 3, height: 2, texels });
+    let turned = |base: usize, repeats: f64| Material::NormalMapped {
+        base,
+        normals: Arc::new(texture(map.clone(), [Wrap::Repeat, Wrap::Mirror], [[repeats, 0.3, 0.0], [-0.2, repeats, 0.1]])),
+    };
+    let wall = material(&mut s, turned(0, 3.0));
+    shape(&mut s, wall, quad(dvec3(-2.0, 0.0, -1.0), DVec3::X * 4.0, DVec3::Y * 3.0));
+    let metal = material(&mut s, Material::Conductor { eta: ramp(0.3, 1.2), k: ramp(2.0, 4.0), alpha: 0.3 });
+    let metal = material(&mut s, turned(metal, 1.0));
+    shape(&mut s, metal, ball(dvec3(-0.5, 0.45, 0.3), 0.4));
+    let flint = glass(&mut s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0);
+    let flint = material(&mut s, turned(flint, 0.5));
+    shape(&mut s, flint, ball(dvec3(0.5, 0.45, 0.3), 0.4));
+    lamp(&mut s, disc(dvec3(0.0, 2.2, 0.2), -DVec3::Y, 1.5), ramp(1.0, 2.0));
+    s.lights.push(Light::Constant { radiance: ramp(0.3, 0.2) });
+    s
+}

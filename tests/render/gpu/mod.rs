@@ -1,0 +1,17 @@
+//! The GPU's side: what host and shaders share, what is compiled, the sampler and the intersectors on the adapter, and that the same
+//! request gives the same bits.
+
+mod adaptive;
+mod boundary;
+mod counters;
+mod counts;
+mod determinism;
+mod develop;
+mod directions;
+mod errors;
+mod intersect;
+mod plan;
+mod precision;
+mod sampler;
+mod support;
+mod translation;
