@@ -133,7 +133,7 @@ fn eval_rough_conductor(b: ptr<function, Bsdf>, wo: vec3f, wi: vec3f, f: ptr<fun
     let missing_i = conductor_missing(m, wi);
     let mean_missing = tables[conductor_mean(m)];
     let multiple =
-        select(0.0, missing_o * missing_i * max(wi.z, 0.0) * INV_PI / mean_missing, mean_missing > ENERGY_MIN_MEAN);
+        select(0.0, missing_o * missing_i * wi.z * INV_PI / mean_missing, mean_missing > ENERGY_MIN_MEAN);
 #if COAT
     var out = coat_transmittance(b, wi.z);
 #endif
@@ -145,7 +145,7 @@ fn eval_rough_conductor(b: ptr<function, Bsdf>, wo: vec3f, wi: vec3f, f: ptr<fun
         r = mirror_under_coat(b, r, out[k], k);
         r_multiple = mirror_under_coat(b, r_multiple, out[k], k);
 #endif
-        (*f)[k] = single * r + multiple * r_multiple;
+        (*f)[k] = select(vec4f(0.0), single * r + multiple * r_multiple, wi.z > 0.0);
     }
     let pdf = select(0.0, mix(visible, wi.z * INV_PI, missing_o), wi.z > 0.0);
     return BsdfPdf(pdf, pdf, pdf_rough_conductor(m, wi, wo));

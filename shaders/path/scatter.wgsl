@@ -180,6 +180,8 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
         lit = light.weight > 0.0 && dot((*at).n, light.wi) * wl.z > 0.0;
         if (lit) {
             let densities = eval_bsdf(&b, wo, wl, &f);
+            // Nothing goes through what does not transmit.
+            lit = densities.forward > 0.0;
             let w = connection_weight(light, vertex_towards(at, wl.z, densities)) * leaving_factor(at, ray.d, light.wi, wl.z);
             for (var k = 0u; k < LANES4; k++) {
                 pending[k] = w * beta[k] * f[k] * light_spectrum(light, k);
@@ -194,9 +196,9 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
     var pdf = -1.0;
     if (!sampled.is_specular) {
         let densities = eval_bsdf(&b, wo, sampled.wi, &f);
-        let weight = select(0.0, 1.0 / densities.pdf, densities.pdf > 0.0);
+        let weight = 1.0 / densities.pdf;
         for (var k = 0u; k < LANES4; k++) {
-            beta[k] *= f[k] * weight;
+            beta[k] *= select(vec4f(0.0), f[k] * weight, densities.pdf > 0.0);
         }
         pdf = densities.forward;
         leave_vertex(vertex_towards(at, sampled.wi.z, densities));

@@ -1,5 +1,5 @@
-//! The command as a user meets it: what it prints, where it writes, how it fails and how it is stopped. Everything renders on the
-//! reference device, so that no adapter is needed.
+//! The command as a user meets it: what it prints, where it writes, how it fails and how it is stopped. Everything but what is
+//! about adapters renders on the reference device, so that none is needed.
 
 mod bench;
 mod check;

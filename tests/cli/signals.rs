@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-/// A render without an end, as `render` and more arguments.
+/// A render of a minute, as `render` and more arguments.
 const RENDER: [&str; 6] = ["render", "ball.json", "--device", "reference", "--time", "1m"];
 
 /// A process and what it has written to standard error.
