@@ -62,12 +62,23 @@ fn survives_roulette() -> bool {
     return event_choice.y < p;
 }
 
+fn is_in_medium(at: ptr<function, Interaction>) -> bool {
+    return (*at).extinction > 0.0;
+}
+
+// Whether the geometry agrees that `w`, of cosine `mu` to the shading normal, leaves to that side. In a medium all directions are alike, also those at
+// right angles to the path.
+fn leaves_to_its_side(at: ptr<function, Interaction>, w: vec3f, mu: f32) -> bool {
+    return is_in_medium(at) || dot((*at).n, w) * mu > 0.0;
+}
+
 // A factor on what leaves along `w` (cosine `mu`): sheen over the surface, and Veach's correction for shading normals (1997, eq. 5.19), of flux that
 // comes along `d`.
 fn leaving_factor(at: ptr<function, Interaction>, d: vec3f, w: vec3f, mu: f32) -> f32 {
     var factor = 1.0;
 #if ADJOINT_NORMALS
-    factor = abs(dot(d, (*at).ns) * dot(w, (*at).n)) / max(abs(dot(d, (*at).n) * dot(w, (*at).ns)), 1e-20);
+    let corrected = abs(dot(d, (*at).ns) * dot(w, (*at).n)) / max(abs(dot(d, (*at).n) * dot(w, (*at).ns)), 1e-20);
+    factor = select(corrected, 1.0, is_in_medium(at));
 #endif
 #if SHEEN
     factor *= out_of_sheen((*at).bsdf.sheen, (*at).bsdf.sheen_entered, mu);
@@ -77,15 +88,14 @@ fn leaving_factor(at: ptr<function, Interaction>, d: vec3f, w: vec3f, mu: f32) -
 
 // The vertex as multiple importance sampling sees it, for a direction of cosine `mu`.
 fn vertex_towards(at: ptr<function, Interaction>, mu: f32, densities: BsdfPdf) -> Vertex {
-    let in_medium = (*at).extinction > 0.0;
-    let cos_to = select(abs(mu), 1.0, in_medium);
+    let cos_to = select(abs(mu), 1.0, is_in_medium(at));
     return Vertex((*at).s.p, (*at).cos_from, cos_to, densities.forward, densities.reverse, !is_merging((*at).bsdf.m.kind), (*at).extinction);
 }
 
 #if INTERIORS
 // Volumes on the side that a direction of cosine `mu` goes to.
 fn volumes_towards(at: ptr<function, Interaction>, mu: f32) -> vec4u {
-    return select((*at).beyond, (*at).here, mu > 0.0 || (*at).extinction > 0.0);
+    return select((*at).beyond, (*at).here, mu > 0.0 || is_in_medium(at));
 }
 #endif
 
@@ -177,7 +187,7 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
     if (!specular) {
         light = connect(s.p, event_choice.x, event_light);
         let wl = light.wi * frame;
-        lit = light.weight > 0.0 && dot((*at).n, light.wi) * wl.z > 0.0;
+        lit = light.weight > 0.0 && leaves_to_its_side(at, light.wi, wl.z);
         if (lit) {
             let densities = eval_bsdf(&b, wo, wl, &f);
             // Nothing goes through what does not transmit.
@@ -207,7 +217,7 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
 #if INTERIORS
     inside = volumes_towards(at, sampled.wi.z);
 #endif
-    let survives = dot((*at).n, sampled.d) * sampled.wi.z > 0.0 && survives_roulette();
+    let survives = leaves_to_its_side(at, sampled.d, sampled.wi.z) && survives_roulette();
     path.pdf = pdf;
     path.last_vertex = s.p;
     let next = Ray(leave(s, sampled.d), INFINITE, sampled.d, s.primitive, NONE, false);

@@ -210,6 +210,11 @@ fn channels<'a>(film: &'a Film, aovs: &Aovs<'a>) -> Vec<(String, Source<'a>)> {
     list
 }
 
+/// In single precision, the greatest there is where exposure makes it more.
+fn finite(value: f64) -> f32 {
+    value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
+}
+
 /// Hands a film's pixels to the EXR writer, block by block.
 struct FilmChannels<'a> {
     film: &'a Film,
@@ -223,9 +228,9 @@ impl FilmChannels<'_> {
             Source::Depth(first) => first.depth(pixel),
             Source::Normal(first, i) => first.normal(pixel)[i],
             Source::Albedo(first, i) => first.albedo(pixel)[i],
-            Source::Mean(channel) => self.film.pixel(pixel)[channel] as f32,
+            Source::Mean(channel) => finite(self.film.pixel(pixel)[channel]),
             Source::Error(ref errors) => errors.standard_error(pixel) as f32,
-            Source::Rgb(c) => (linear_srgb_of_xyz(self.film.xyz(pixel))[c] * self.gain) as f32,
+            Source::Rgb(c) => finite(linear_srgb_of_xyz(self.film.xyz(pixel))[c] * self.gain),
         }
     }
 }

@@ -382,3 +382,17 @@ fn links_stay_links() {
     // A device is no place to put a file, and must survive the attempt.
     assert!(check_writable(Path::new("/dev/null"), None::<&Path>).is_err());
 }
+
+#[test]
+fn light_and_exposure_beyond_single_precision_stay_finite_in_the_file() {
+    let mut film = film(1, 1, 2);
+    film.add_batch_f64(&[1e30; 5], 1);
+    let path = std::env::temp_dir().join(format!("abbe-bright-{}.exr", std::process::id()));
+    let provenance = Provenance { exposure: Some(100.0), ..provenance() };
+    write_exr(&path, &film, &provenance, Aovs { errors: true, ..Default::default() }).unwrap();
+    let image = exr::prelude::read_first_flat_layer_from_file(&path).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    for channel in image.layer_data.channel_data.list {
+        assert!(channel.sample_data.values_as_f32().all(f32::is_finite), "{}", channel.name);
+    }
+}

@@ -193,7 +193,7 @@ fn of_one_plan(size: u32, balls: u32, lamps: u32) -> Scene {
 
 #[test]
 fn scenes_of_one_plan_share_compiled_kernels_and_each_has_its_own_picture() {
-    let (first, second) = (of_one_plan(8, 1, 100), of_one_plan(16, 3, 130));
+    let (first, second) = (of_one_plan(8, 3, 100), of_one_plan(16, 3, 130));
     let plan = |scene: &Scene| Plan::new(scene, Techniques::default());
     assert!(plan(&first).has(Feature::LightGrid) && plan(&first).has(Feature::Gathered));
     let gpu = Arc::new(Gpu::open(None).unwrap());
