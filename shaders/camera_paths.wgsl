@@ -1,5 +1,5 @@
 // The camera pass: paths from the sensor with next-event estimation, combined with chance hits by multiple importance sampling.
-// One invocation owns a pixel of each unit of a group and traces its paths one after the other, so that lanes whose path ends early take up the next.
+// One invocation owns a pixel of each work item of a group and traces its paths one after the other, so that lanes whose path ends early take up the next.
 #include "common/math.wgsl"
 #include "common/params.wgsl"
 #include "common/sampler.wgsl"
@@ -35,7 +35,7 @@ fn light_on_sensor(ray: Ray) -> Ray {
 var<private> sampled_pixel: u32;
 var<private> item: WorkItem; // at hand
 
-// Sample `i` of the unit in its pixel `local`.
+// Sample `i` of the work item in its pixel `local`.
 fn begin_path(pixel: vec2u, i: u32, local: u32) -> Ray {
     sampled_pixel = pixel.y * params.image_width + pixel.x;
     start_sampler(sampled_pixel, params.batch, params.seed, item.index + i);
@@ -66,7 +66,7 @@ fn begin_path(pixel: vec2u, i: u32, local: u32) -> Ray {
 #endif
 }
 
-// Goes on to the first unit from `first` on, or `end`, of which the invocation's pixel is in the tile.
+// Goes on to the first item from `first` on, or `end`, of which the invocation's pixel is in the tile.
 fn next_item(first: u32, end: u32, local: u32) -> u32 {
     var at = first;
     while (at < end) {

@@ -1,4 +1,4 @@
-// Components of every pixel of a picture from its CIE XYZ, as `Developer` of src/color/picture.rs, which hands over all numbers; rounding to 8 or 16
+// Components of every pixel of a picture from its CIE XYZ, as `Developer` of src/develop/picture.rs, which hands over all numbers; rounding to 8 or 16
 // bits is the host's.
 #include "common/math.wgsl"
 #include "color/elementary.wgsl"

@@ -17,7 +17,7 @@ fn sample_at(i: u32) -> vec4f {
     return load_samples(i);
 }
 
-// Adds the samples of a unit in its pixel `local` to the film.
+// Adds the samples of a work item in its pixel `local` to the film.
 fn update_pixel(in_tile: vec2u, item: WorkItem, local: u32) {
     let base = (in_tile.y * params.tile_width + in_tile.x) * (BINS + 3u);
     var xyz = vec3f(0.0);

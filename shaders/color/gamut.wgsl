@@ -1,4 +1,4 @@
-// As src/color/gamut.rs, whose rings are `ring` and `rounded_ring`.
+// As src/develop/gamut.rs, whose rings are `ring` and `rounded_ring`.
 
 // As `GamutMap::without_negatives`.
 fn without_negatives(rgb: vec3f) -> vec3f {

@@ -1,4 +1,4 @@
-// As `ToneCurve::apply` of src/color/tone.rs.
+// As `ToneCurve::apply` of src/develop/tone.rs.
 fn tone_curve(rgb: vec3f) -> vec3f {
 #if TONE_REINHARD
     let y = max(dot(LUMINANCE, rgb), 0.0);

@@ -1,5 +1,5 @@
-// The table of primitives: three rows each (src/gpu/primitives.rs). With INSTANCES a primitive's number is not its place in the table where it is part
-// of a mesh that stands in many places: every instance has numbers of its own for its triangles (src/gpu/instances.rs).
+// The table of primitives: three rows each (src/gpu/scene/primitives.rs). With INSTANCES a primitive's number is not its place in the table where it is part
+// of a mesh that stands in many places: every instance has numbers of its own for its triangles (src/gpu/scene/instances.rs).
 #include "common/math.wgsl"
 
 @group(0) @binding(2) var primitives: Table<vec4f>;

@@ -1,4 +1,4 @@
-// Pictures on surfaces (the model: src/scene/texture.rs). One table holds their records, the texture coordinates of all primitives, and texels of
+// Pictures on surfaces (the model: src/scene/texture/mod.rs). One table holds their records, the texture coordinates of all primitives, and texels of
 // upsampled colours; what is interpolated are spectra. A look-up writes all lanes at once, so that materials and lights read it like any spectrum.
 #include "common/spectra.wgsl"
 #include "geometry/primitives.wgsl"

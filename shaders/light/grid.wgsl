@@ -1,4 +1,4 @@
-// Which light to sample of those that have a place, by the table of the grid's cell around the point that is lit (src/gpu/light_grid.rs).
+// Which light to sample of those that have a place, by the table of the grid's cell around the point that is lit (src/gpu/scene/light_grid.rs).
 #include "light/light.wgsl"
 
 @group(0) @binding(22) var light_grid: Table<vec4u>;

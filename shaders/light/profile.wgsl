@@ -1,4 +1,4 @@
-// Measured distributions of lamps (src/scene/profile.rs; the table: src/gpu/profiles.rs). Within a cell directions are sampled evenly.
+// Measured distributions of lamps (src/scene/lamp/profile.rs; the table: src/gpu/scene/profiles.rs). Within a cell directions are sampled evenly.
 #include "common/math.wgsl"
 #include "light/angles.wgsl"
 
