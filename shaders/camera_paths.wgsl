@@ -1,4 +1,4 @@
-// The camera pass: paths from the sensor with next-event estimation, combined with chance hits by multiple importance sampling.
+// The camera pass: paths from the sensor with next-event estimation, combined with BSDF-sampled emitter hits by multiple importance sampling.
 // One invocation owns a pixel of each work item of a group and traces its paths one after the other, so that lanes whose path ends early take up the next.
 #include "common/math.wgsl"
 #include "common/params.wgsl"
@@ -21,9 +21,9 @@ fn light_on_sensor(ray: Ray) -> Ray {
     if (light.weight <= 0.0 || pdf <= 0.0) {
         return ray;
     }
-    let w = connection_weight(light, Vertex(ray.o, 1.0, pdf * PI, pdf, 0.0, false, 0.0)) * pdf;
-    for (var k = 0u; k < LANES4; k++) {
-        pending[k] = w * beta[k] * light_spectrum(light, k);
+    let w = mis_weight_connection(light, Vertex(ray.o, 1.0, pdf * PI, pdf, 0.0, false, 0.0)) * pdf;
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        Ld[k] = w * beta[k] * light_spectrum(light, k);
     }
 #if INTERIORS
     shadow_starts_in(inside, light);
@@ -41,7 +41,7 @@ fn begin_path(pixel: vec2u, i: u32, local: u32) -> Ray {
     start_sampler(sampled_pixel, params.batch, params.seed, item.index + i);
     pass_of_path = item.pass_index + i;
     begin_pass(pass_of_path);
-#if GATHERED
+#if MERGING
     // Points outlive the dispatch.
     point_slot = (item.place + i) * 64u + local;
 #endif
@@ -55,7 +55,7 @@ fn begin_path(pixel: vec2u, i: u32, local: u32) -> Ray {
 #if CAUSTICS
 #if !SENSOR_CAMERA
     // The sensor is like a diffuse surface, at which paths begin evenly over a pixel.
-    path.joins = f32(params.light_paths) * PI * sensor_area() / f32(params.image_width * params.image_height);
+    path.light_path_density = f32(params.light_paths) * PI * sensor_area() / f32(params.image_width * params.image_height);
     path.view = VIEW_SCATTERED;
 #endif
 #endif

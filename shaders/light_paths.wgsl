@@ -1,4 +1,4 @@
-// The light pass, where anything bends light: paths from the lights are joined to the sensor wherever they scatter, and gathered at the visible points of
+// The light pass, where anything bends light: paths from the lights are connected to the sensor wherever they scatter, and merged at the visible points of
 // the camera pass.
 #include "common/math.wgsl"
 #include "common/params.wgsl"
@@ -13,18 +13,18 @@
 #include "path/state.wgsl"
 #include "path/next_vertex.wgsl"
 
-// The first unit from `first` on, or `end`, in which the invocation has a path: the last unit of a pass may have fewer than 64.
-fn next_unit(first: u32, end: u32, units_of_pass: u32, local: u32) -> u32 {
-    var unit = first;
-    while (unit < end && 64u * (unit % units_of_pass) + local >= params.light_paths) {
-        unit += 1u;
+// The first item from `first` on, or `end`, in which the invocation has a path: the last item of a pass may have fewer than 64.
+fn next_item(first: u32, end: u32, items_of_pass: u32, local: u32) -> u32 {
+    var item = first;
+    while (item < end && 64u * (item % items_of_pass) + local >= params.light_paths) {
+        item += 1u;
     }
-    return unit;
+    return item;
 }
 
-fn begin_path(unit: u32, units_of_pass: u32, local: u32) -> Ray {
-    pass_of_path = unit / units_of_pass;
-    let index = 64u * (unit % units_of_pass) + local;
+fn begin_path(item: u32, items_of_pass: u32, local: u32) -> Ray {
+    pass_of_path = item / items_of_pass;
+    let index = 64u * (item % items_of_pass) + local;
     let sample = params.first_sample + pass_of_path;
     // One sequence over all paths of the batch: 0xffffffff is no pixel.
     start_sampler(0xffffffffu, params.batch, params.seed, sample * params.light_paths + index);
@@ -32,7 +32,7 @@ fn begin_path(unit: u32, units_of_pass: u32, local: u32) -> Ray {
     return emit();
 }
 
-// All invocations together go through the paths pass by pass, so that those at work at a time look for the same visible points. A unit of work is a path of
+// All invocations together go through the paths pass by pass, so that those at work at a time look for the same visible points. A work item is a path of
 // each of 64 invocations.
 @compute @workgroup_size(64)
 fn main(
@@ -40,14 +40,14 @@ fn main(
     @builtin(num_workgroups) workgroups: vec3u,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let units_of_pass = (params.light_paths + 63u) / 64u;
+    let items_of_pass = (params.light_paths + 63u) / 64u;
     let first = group_number(workgroup.x, workgroups.x) * params.light_units;
-    let end = min(first + params.light_units, units_of_pass * params.samples);
-    var unit = next_unit(first, end, units_of_pass, local);
-    if (unit >= end) {
+    let end = min(first + params.light_units, items_of_pass * params.samples);
+    var item = next_item(first, end, items_of_pass, local);
+    if (item >= end) {
         return;
     }
-    var ray = begin_path(unit, units_of_pass, local);
+    var ray = begin_path(item, items_of_pass, local);
     loop {
         ray = next_event(ray);
         if (path.ended) {
@@ -57,16 +57,16 @@ fn main(
 #if GUIDED
             report_use();
 #endif
-            unit = next_unit(unit + 1u, end, units_of_pass, local);
-            if (unit >= end) {
+            item = next_item(item + 1u, end, items_of_pass, local);
+            if (item >= end) {
                 break;
             }
-            ray = begin_path(unit, units_of_pass, local);
+            ray = begin_path(item, items_of_pass, local);
         }
     }
     report_rays();
     // Where the driver has ended the loop.
-    if (unit < end) {
-        atomicAdd(&counters[COUNTER_UNFINISHED], end - unit);
+    if (item < end) {
+        atomicAdd(&counters[COUNTER_UNFINISHED], end - item);
     }
 }

@@ -9,7 +9,7 @@
 
 @group(0) @binding(5) var<storage, read_write> film: array<f32>;
 #if MANY_BINS
-@group(0) @binding(12) var<storage, read> lane_bins: array<u32>;
+@group(0) @binding(12) var<storage, read> wavelength_bins: array<u32>;
 #endif
 @group(0) @binding(14) var samples: Table<vec4f>;
 
@@ -22,13 +22,13 @@ fn update_pixel(in_tile: vec2u, item: WorkItem, local: u32) {
     let base = (in_tile.y * params.tile_width + in_tile.x) * (BINS + 3u);
     var xyz = vec3f(0.0);
 #if !MANY_BINS
-    var sums: array<vec4f, LANES4>;
-    for (var k = 0u; k < LANES4; k++) {
+    var sums: array<vec4f, WAVELENGTHS4>;
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         sums[k] = vec4f(0.0);
     }
 #endif
     for (var i = 0u; i < item.count; i++) {
-        let slot = slot_at(item.place + i, local) * LANES4;
+        let slot = slot_at(item.place + i, local) * WAVELENGTHS4;
         let pass_index = item.pass_index + i;
         begin_pass(pass_index);
         // Where the driver has ended the loop over paths.
@@ -38,7 +38,7 @@ fn update_pixel(in_tile: vec2u, item: WorkItem, local: u32) {
         }
         var all = vec4f(0.0);
         var least = vec4f(0.0);
-        for (var k = 0u; k < LANES4; k++) {
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
             let l = sample_at(slot + k);
             all += abs(l);
             least = min(least, l);
@@ -57,14 +57,14 @@ fn update_pixel(in_tile: vec2u, item: WorkItem, local: u32) {
             atomicAdd(&counters[COUNTER_SATURATED], 1u);
             continue;
         }
-        for (var k = 0u; k < LANES4; k++) {
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
             let l = sample_at(slot + k);
             xyz += vec3f(dot(l, spectrum(ROW_X, k)), dot(l, spectrum(ROW_Y, k)), dot(l, spectrum(ROW_Z, k)));
             let w = l * spectrum(ROW_BIN, k);
 #if MANY_BINS
             for (var c = 0u; c < 4u; c++) {
-                if (4u * k + c < LANES) {
-                    film[base + lane_bins[pass_index * LANES + 4u * k + c]] += w[c];
+                if (4u * k + c < WAVELENGTHS) {
+                    film[base + wavelength_bins[pass_index * WAVELENGTHS + 4u * k + c]] += w[c];
                 }
             }
 #else
@@ -73,7 +73,7 @@ fn update_pixel(in_tile: vec2u, item: WorkItem, local: u32) {
         }
     }
 #if !MANY_BINS
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         for (var c = 0u; c < 4u; c++) {
             if (4u * k + c < BINS) {
                 film[base + 4u * k + c] += sums[k][c];

@@ -3,7 +3,7 @@
 
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::film::first_hits::{Albedo, FirstHits};
+use crate::film::aov::{Albedo, AovBuffers};
 use crate::scene::FilmSettings;
 use crate::stats::BatchStats;
 use std::ops::ControlFlow;
@@ -56,7 +56,7 @@ pub trait Renderer: Integrator {
 
     /// What `samples` rays of every pixel meet first, `albedos` being those of the scene's materials; `index` as in
     /// [`Integrator::render_batch`].
-    fn first_hits(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<FirstHits>;
+    fn aovs(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<AovBuffers>;
 }
 
 /// When to stop; whichever comes first. With nothing set: after [`Stop::DEFAULT_SPP`].

@@ -11,7 +11,7 @@
 #if FRESNEL
 #include "bsdf/fresnel.wgsl"
 #endif
-#if FILM
+#if THIN_FILM
 #include "bsdf/thin_film.wgsl"
 #endif
 #if DIFFUSE
@@ -63,8 +63,8 @@ struct Bsdf {
 // Densities of a direction per solid angle.
 struct BsdfPdf {
     pdf: f32, // with which sample_bsdf takes it
-    forward: f32, // that of one wavelength, the same for all: what multiple importance sampling works with
-    reverse: f32, // likewise, from `wi` to `wo`
+    pdf_fwd: f32, // that of one wavelength, the same for all: what multiple importance sampling works with
+    pdf_rev: f32, // likewise, from `wi` to `wo`
 }
 
 struct BsdfSample {
@@ -83,7 +83,7 @@ fn color_of(b: ptr<function, Bsdf>, k: u32) -> vec4f {
     return spectrum((*b).m.a, k);
 }
 
-#if CONDUCTOR || COAT || FILM
+#if CONDUCTOR || COAT || THIN_FILM
 // Index of what the path is in: those of metals, coats and films count relative to it.
 fn index_outside(k: u32) -> vec4f {
 #if INTERIORS

@@ -11,7 +11,7 @@
 
 // Notes of the coat `m` what does not depend on directions.
 fn look_at_coat(b: ptr<function, Bsdf>, m: Material) {
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         (*b).coat_eta[k] = spectrum(m.a, k) / index_outside(k);
         (*b).coat_row[k] = eta_rows((*b).coat_eta[k]);
     }
@@ -22,7 +22,7 @@ fn look_at_coat(b: ptr<function, Bsdf>, m: Material) {
 fn coat_column(b: ptr<function, Bsdf>, at: u32, stride: u32, next: f32) -> Spectrum {
     var least = (*b).coat_row[0];
     var greatest = (*b).coat_row[0];
-    for (var k = 1u; k < LANES4; k++) {
+    for (var k = 1u; k < WAVELENGTHS4; k++) {
         least = min(least, (*b).coat_row[k]);
         greatest = max(greatest, (*b).coat_row[k]);
     }
@@ -31,13 +31,13 @@ fn coat_column(b: ptr<function, Bsdf>, at: u32, stride: u32, next: f32) -> Spect
     var entry = at + row * stride;
     var here = mix(tables[entry], tables[entry + 1u], next);
     var column: Spectrum;
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         column[k] = vec4f(here);
     }
     loop {
         entry += stride;
         let beyond = mix(tables[entry], tables[entry + 1u], next);
-        for (var k = 0u; k < LANES4; k++) {
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
             column[k] += (beyond - here) * clamp((*b).coat_row[k] - f32(row), vec4f(0.0), vec4f(1.0));
         }
         here = beyond;
@@ -57,7 +57,7 @@ fn transmittance_of_coat(b: ptr<function, Bsdf>, m: Material, mu: f32) -> Spectr
     share = coat_column(b, m.table + u32(cell.x), ENERGY_MU, cell.y);
 #endif
 #if SMOOTH_COAT
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         share[k] = select(share[k], 1.0 - fresnel_dielectric(mu, (*b).coat_eta[k]), m.alpha == 0.0);
     }
 #endif
@@ -98,7 +98,7 @@ fn choose_coat(b: ptr<function, Bsdf>, above: ptr<function, Spectrum>, mu: f32, 
     (*b).coat_mean = coat_column(b, m.table + ENERGY_ETA * ENERGY_MU, 1u, 0.0);
     var carried = vec4f(0.0);
     var reflected = vec4f(0.0);
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         carried += (*above)[k];
         reflected += (*above)[k] * (1.0 - (*b).coat_entered[k]);
     }
@@ -106,7 +106,7 @@ fn choose_coat(b: ptr<function, Bsdf>, above: ptr<function, Spectrum>, mu: f32, 
     // Highlights are bright on what is dark: a quarter at least.
     let p = clamp(select(0.0, sum4(reflected) / total, total > 0.0), 0.25, 0.999);
     let reflects = u < p;
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         // Rough coats weigh with the direction.
         let share = select(1.0 - (*b).coat_entered[k], vec4f(1.0), m.alpha > 0.0);
         beta[k] = select(beta[k] * (*b).coat_entered[k] / (1.0 - p), (*above)[k] * share / p, reflects);
@@ -126,7 +126,7 @@ fn eval_coat(b: ptr<function, Bsdf>, wo: vec3f, wi: vec3f, f: ptr<function, Spec
     let pdf = pdf_coat(m, wo, wi);
     let single = select(0.0, pdf * shadowing(wo, wi, Width(m.alpha)), pdf > 0.0);
     let cos_i = max(dot(wo, normalize(wo + wi)), 0.0);
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         (*f)[k] = single * fresnel_dielectric(cos_i, (*b).coat_eta[k]);
     }
     return BsdfPdf(pdf, pdf, pdf_coat(m, wi, wo));

@@ -27,7 +27,7 @@ fn conductor_reflectance(b: ptr<function, Bsdf>, cos_i: f32, k: u32) -> vec4f {
     }
 #endif
     let n = index_around_metal(b, k);
-#if FILM
+#if THIN_FILM
     if (m.c != 0u) {
         return film_reflectance(m, cos_i, n, spectrum(m.a, k), spectrum(m.b, k), k);
     }
@@ -41,7 +41,7 @@ fn sample_smooth_conductor(b: ptr<function, Bsdf>, d: vec3f, n: vec3f) -> BsdfSa
 #if COAT
     var out = coat_transmittance(b, s.wi.z);
 #endif
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         let r = conductor_reflectance(b, s.wi.z, k);
 #if COAT
         beta[k] *= mirror_under_coat(b, r, out[k], k);
@@ -62,7 +62,7 @@ fn conductor_average(b: ptr<function, Bsdf>, k: u32) -> vec4f {
         return schlick_average(color_of(b, k));
     }
 #endif
-#if FILM
+#if THIN_FILM
     if (m.c != 0u) {
         // Four-point Gauss-Legendre as for bare metal.
         return 0.0241522 * conductor_reflectance(b, 0.0694318, k) + 0.2152141 * conductor_reflectance(b, 0.3300095, k)
@@ -137,7 +137,7 @@ fn eval_rough_conductor(b: ptr<function, Bsdf>, wo: vec3f, wi: vec3f, f: ptr<fun
 #if COAT
     var out = coat_transmittance(b, wi.z);
 #endif
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         let f_avg = conductor_average(b, k);
         var r = conductor_reflectance(b, dot(wo, h), k);
         var r_multiple = f_avg * f_avg * (1.0 - mean_missing) / (1.0 - f_avg * mean_missing);

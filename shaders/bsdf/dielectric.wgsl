@@ -12,14 +12,14 @@
 #endif
 
 // Index beyond over index on the side of the path, of one wavelength.
-fn relative_index(b: ptr<function, Bsdf>, lane: u32) -> f32 {
-    return spectrum_at((*b).far_row, lane) / spectrum_at((*b).near_row, lane);
+fn relative_index(b: ptr<function, Bsdf>, wavelength: u32) -> f32 {
+    return spectrum_at((*b).far_row, wavelength) / spectrum_at((*b).near_row, wavelength);
 }
 
 #if SMOOTH_DIELECTRIC
 // Reflectance between the indices in two rows, through the film that may lie there.
 fn interface_reflectance(m: Material, cos_i: f32, near_row: u32, far_row: u32, k: u32) -> vec4f {
-#if FILM
+#if THIN_FILM
     if (m.c != 0u) {
         return film_reflectance(m, cos_i, spectrum(near_row, k), spectrum(far_row, k), vec4f(0.0), k);
     }
@@ -33,18 +33,18 @@ fn sample_smooth_dielectric(b: ptr<function, Bsdf>, d: vec3f, n: vec3f) -> BsdfS
     let near_row = (*b).near_row;
     let far_row = (*b).far_row;
     let cos_i = min(-dot(d, n), 1.0);
-#if DISPERSION || FILM
+#if DISPERSION || THIN_FILM
     // Reflection has the same direction at every wavelength: one choice for all, by the mean Fresnel reflectance of what the path carries.
     var fresnel: Spectrum;
     var reflected = vec4f(0.0);
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         fresnel[k] = interface_reflectance(m, cos_i, near_row, far_row, k);
         reflected += beta[k] * fresnel[k];
     }
     let total = sum_beta();
     let q = select(0.0, sum4(reflected) / total, total > 0.0);
     let reflects = event_choice.x < q;
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         beta[k] *= select((1.0 - fresnel[k]) / (1.0 - q), fresnel[k] / q, reflects);
     }
 #else
@@ -53,13 +53,13 @@ fn sample_smooth_dielectric(b: ptr<function, Bsdf>, d: vec3f, n: vec3f) -> BsdfS
     if (reflects) {
         return BsdfSample(normalize(d + 2.0 * cos_i * n), vec3f(0.0, 0.0, cos_i), true);
     }
-    var lane = select(path.lane, 0u, path.lane == NONE);
+    var wavelength = select(path.wavelength, 0u, path.wavelength == NONE);
 #if DISPERSION
-    if (path.lane == NONE && (*b).dispersive) {
-        lane = collapse_wavelengths();
+    if (path.wavelength == NONE && (*b).dispersive) {
+        wavelength = collapse_wavelengths();
     }
 #endif
-    let eta = relative_index(b, lane);
+    let eta = relative_index(b, wavelength);
     let cos_t2 = cos_transmitted_squared(cos_i, vec4f(eta)).x;
     let refracted = refracted_radiance(vec4f(eta)).x;
     path.start *= refracted; // undone where the path leaves the glass again: roulette must not see it
@@ -88,7 +88,7 @@ fn missing_energy(table: u32, mu: f32, eta: f32) -> vec2f {
 }
 
 // One wavelength: x = f |cos wi| without the factor of refracted radiance, y = pdf. `eta` = index beyond / index on wo's side.
-fn rough_dielectric_lane(m: Material, wo: vec3f, wi: vec3f, eta: f32) -> vec2f {
+fn rough_dielectric_at(m: Material, wo: vec3f, wi: vec3f, eta: f32) -> vec2f {
     let reflects = wi.z > 0.0;
     var single = 0.0;
     var h = wo + wi;
@@ -130,31 +130,31 @@ fn eval_rough_dielectric(b: ptr<function, Bsdf>, wo: vec3f, wi: vec3f, f: ptr<fu
     let m = (*b).m;
     var pdf = 0.0;
     let total = sum_beta();
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         let eta = spectrum((*b).far_row, k) / spectrum((*b).near_row, k);
         var g = vec4f(0.0);
         for (var c = 0u; c < 4u; c++) {
             if (beta[k][c] > 0.0) {
-                let r = rough_dielectric_lane(m, wo, wi, eta[c]);
+                let r = rough_dielectric_at(m, wo, wi, eta[c]);
                 g[c] = r.x;
                 pdf += beta[k][c] * r.y;
             }
         }
         (*f)[k] = select(g * refracted_radiance(eta), g, wi.z > 0.0);
     }
-    let eta = relative_index(b, LANES / 2u);
-    let forward = rough_dielectric_lane(m, wo, wi, eta).y;
-    var reverse = 0.0;
+    let eta = relative_index(b, WAVELENGTHS / 2u);
+    let pdf_fwd = rough_dielectric_at(m, wo, wi, eta).y;
+    var pdf_rev = 0.0;
     if (wi.z > 0.0) {
-        reverse = rough_dielectric_lane(m, wi, wo, eta).y;
+        pdf_rev = rough_dielectric_at(m, wi, wo, eta).y;
     } else {
-        reverse = rough_dielectric_lane(m, -wi, -wo, 1.0 / eta).y;
+        pdf_rev = rough_dielectric_at(m, -wi, -wo, 1.0 / eta).y;
     }
-    return BsdfPdf(select(0.0, pdf / total, total > 0.0), forward, reverse);
+    return BsdfPdf(select(0.0, pdf / total, total > 0.0), forward, pdf_rev);
 }
 
 // Direction sampled for one wavelength; z = 0 marks failure (absorbed, its energy is in the compensation).
-fn sample_rough_dielectric_lane(m: Material, wo: vec3f, eta: f32, u_lobe: vec2f, u: vec2f) -> vec3f {
+fn sample_rough_dielectric_at(m: Material, wo: vec3f, eta: f32, u_lobe: vec2f, u: vec2f) -> vec3f {
     let here = missing_energy(m.table, wo.z, eta);
     if (u_lobe.x < here.x) {
         let beyond = eta * eta * missing_energy(m.table, 1.0, 1.0 / eta).y;
@@ -177,9 +177,9 @@ fn sample_rough_dielectric_lane(m: Material, wo: vec3f, eta: f32, u_lobe: vec2f,
 
 // One of the wavelengths chooses for all.
 fn sample_rough_dielectric(b: ptr<function, Bsdf>, wo: vec3f) -> vec3f {
-    let eta = relative_index(b, sample_lane(next_1d()));
-    let wi = sample_rough_dielectric_lane((*b).m, wo, eta, next_2d(), event_direction);
-    path.start *= select(refracted_radiance(vec4f(relative_index(b, LANES / 2u))).x, 1.0, wi.z > 0.0);
+    let eta = relative_index(b, sample_wavelength(next_1d()));
+    let wi = sample_rough_dielectric_at((*b).m, wo, eta, next_2d(), event_direction);
+    path.start *= select(refracted_radiance(vec4f(relative_index(b, WAVELENGTHS / 2u))).x, 1.0, wi.z > 0.0);
     return wi;
 }
 #endif

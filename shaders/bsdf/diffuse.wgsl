@@ -15,7 +15,7 @@ fn eval_diffuse(b: ptr<function, Bsdf>, wo: vec3f, wi: vec3f, f: ptr<function, S
 #if COAT
     var out = coat_transmittance(b, wi.z);
 #endif
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         (*f)[k] = pdf * diffuse_reflectance(b, k);
 #if COAT
         (*f)[k] *= if_coated(b, out[k]);

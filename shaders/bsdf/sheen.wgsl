@@ -32,7 +32,7 @@ fn choose_sheen(b: ptr<function, Bsdf>, above: ptr<function, Spectrum>, mu: f32,
     (*b).sheen_entered = sheen_transmittance(m, mu);
     var carried = vec4f(0.0);
     var reflected = vec4f(0.0);
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         carried += (*above)[k];
         reflected += (*above)[k] * spectrum(m.a, k);
     }
@@ -40,7 +40,7 @@ fn choose_sheen(b: ptr<function, Bsdf>, above: ptr<function, Spectrum>, mu: f32,
     let p = clamp(own / max(own + (*b).sheen_entered, 1e-6), 0.05, 0.95);
     let reflects = u < p;
     let below = (*b).sheen_entered / (1.0 - p);
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         beta[k] = select(beta[k] * below, (*above)[k] / p, reflects);
     }
     return select(below, 0.0, reflects);
@@ -67,7 +67,7 @@ fn eval_sheen(b: ptr<function, Bsdf>, wo: vec3f, wi: vec3f, f: ptr<function, Spe
     let shadows = max(wo.z, 1e-6) * (1.0 + sheen_lambda(m, min(wo.z, 1.0)) + sheen_lambda(m, clamp(wi.z, 0.0, 1.0)));
     let limit = max(max(sheen_albedo(m, wo.z), sheen_albedo(m, wi.z)), 1.0);
     let g = select(0.0, tables[m.table + SHEEN_FACTOR] * slope / (shadows * limit), pdf > 0.0);
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         (*f)[k] = g * spectrum(m.a, k);
     }
     return BsdfPdf(pdf, pdf, pdf_sheen(wi, wo));

@@ -3,7 +3,7 @@
 #include "bsdf/fresnel.wgsl"
 
 fn pane_reflectance(m: Material, cos_i: f32, k: u32) -> vec4f {
-#if FILM
+#if THIN_FILM
     if (m.c != 0u) {
         let around = index_outside(k);
         return film_reflectance(m, cos_i, around, around, vec4f(0.0), k);
@@ -17,13 +17,13 @@ fn sample_thin_dielectric(b: ptr<function, Bsdf>, d: vec3f, n: vec3f) -> BsdfSam
     let m = (*b).m;
     let cos_i = clamp(-dot(d, n), 0.0, 1.0);
     var reflected = vec4f(0.0);
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         reflected += beta[k] * pane_reflectance(m, cos_i, k);
     }
     let total = sum_beta();
     let q = select(0.0, sum4(reflected) / total, total > 0.0);
     let reflects = event_choice.x < q;
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         let r = pane_reflectance(m, cos_i, k);
         beta[k] *= select((1.0 - r) / (1.0 - q), r / q, reflects);
     }

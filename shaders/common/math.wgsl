@@ -6,7 +6,7 @@ const INFINITE = 3.0e38;
 const NONE = 0xffffffffu;
 // Stands for the value of a sample that the driver did not let finish: no radiance is this.
 const UNFINISHED = -3.0e38;
-// Radiance that the film takes, summed over the lanes of a sample, W m^-2 sr^-1 nm^-1: 2^22 of its luminances still have a sum in single precision.
+// Radiance that the film takes, summed over the wavelengths of a sample, W m^-2 sr^-1 nm^-1: 2^22 of its luminances still have a sum in single precision.
 const LARGEST_SAMPLE = 1.0e26;
 // gamma(n) = n u / (1 - n u), u = 2^-24: bound on n rounded operations (Higham 2002; pbrt-v4, 6.8.1).
 const GAMMA_7 = 4.1723254e-7;

@@ -1,5 +1,5 @@
 // Pictures on surfaces (the model: src/scene/texture/mod.rs). One table holds their records, the texture coordinates of all primitives, and texels of
-// upsampled colours; what is interpolated are spectra. A look-up writes all lanes at once, so that materials and lights read it like any spectrum.
+// upsampled colours; what is interpolated are spectra. A look-up writes all wavelengths at once, so that materials and lights read it like any spectrum.
 #include "common/spectra.wgsl"
 #include "geometry/primitives.wgsl"
 #include "geometry/surface.wgsl"
@@ -124,7 +124,7 @@ fn mapped_normal(index: u32, s: Surface) -> vec3f {
 fn look_up_color(b: ptr<function, Bsdf>, primitive: u32, p: vec3f) {
     if ((*b).m.texture != NONE) {
         let f = filter_texels((*b).m.texture, primitive, p);
-        for (var k = 0u; k < LANES4; k++) {
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
             (*b).color[k] = filtered_spectrum(f, k);
         }
     }
@@ -132,13 +132,13 @@ fn look_up_color(b: ptr<function, Bsdf>, primitive: u32, p: vec3f) {
 #endif
 
 #if LIGHT_TEXTURES
-var<private> light_color: array<vec4f, LANES4>; // of the light that was looked at last
+var<private> light_color: array<vec4f, WAVELENGTHS4>; // of the light that was looked at last
 
 // Looks at a light of picture `index` (or NONE) at its point `p`.
 fn look_at_light(index: u32, primitive: u32, p: vec3f) {
     if (index != NONE) {
         let f = filter_texels(index, primitive, p);
-        for (var k = 0u; k < LANES4; k++) {
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
             light_color[k] = filtered_spectrum(f, k);
         }
     }

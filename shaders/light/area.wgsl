@@ -120,7 +120,7 @@ fn sample_li_area(light: Light, p: vec3f, u: vec2f) -> LightSample {
     var s = no_light();
     s.row = light.row;
     s.primitive = light.primitive;
-    s.chance = 1.0;
+    s.hittable = 1.0;
 #if LIGHT_SPHERE
     if (light.kind == LIGHT_KIND_SPHERE) {
         let v = light.p0.xyz - p;
@@ -188,7 +188,7 @@ fn pdf_le_area(light: Light, o: vec3f, d: vec3f, cos_theta: f32) -> f32 {
 fn sample_le_area(light: Light, u: vec2f, v: vec2f) -> LightRay {
     var l = light_ray(light);
     var direction = v;
-    l.chance = 1.0;
+    l.hittable = 1.0;
     let point = sample_light_surface(light, u);
     l.n = point.n;
     l.ray.o = point.p;

@@ -36,8 +36,8 @@ fn emit() -> Ray {
         ray.o += sign(cos_theta) * GAMMA_7 * dot(abs(n), abs(ray.o)) * n;
     }
 #endif
-    for (var k = 0u; k < LANES4; k++) {
-        let lit = select(vec4f(0.0), vec4f(weight), vec4u(4u * k, 4u * k + 1u, 4u * k + 2u, 4u * k + 3u) < vec4u(LANES));
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        let lit = select(vec4f(0.0), vec4f(weight), vec4u(4u * k, 4u * k + 1u, 4u * k + 2u, 4u * k + 3u) < vec4u(WAVELENGTHS));
 #if ENV_IMAGE
         if (at != NONE) {
             beta[k] = lit * environment_radiance(light, at, k);
@@ -54,9 +54,9 @@ fn emit() -> Ray {
     inside = light.inside;
 #endif
     start_path(ray);
-    path.at_joints = 1.0;
-#if CHANCE
-    path.chance = begun.chance;
+    path.connection_scale = 1.0;
+#if BSDF_SAMPLING
+    path.camera_path_density = begun.hittable;
 #endif
     path.emission = f32(params.light_paths) * density;
     path.light = index;
@@ -65,7 +65,7 @@ fn emit() -> Ray {
     return ray;
 }
 
-#if LIGHT_SAMPLES
+#if NEXT_EVENT_ESTIMATION
 // Density of a light sample of the point that this path comes from, seen from `p`, its first vertex.
 fn light_density_at(p: vec3f) -> f32 {
     var light = load_Light(path.light);

@@ -64,7 +64,7 @@ fn sample_environment_image(light: Light, u: vec2f) -> LightSample {
     s.row = light.row;
     s.density = light.probability * pdf_environment_image(at);
     s.weight = 1.0 / s.density;
-    s.chance = 1.0;
+    s.hittable = 1.0;
     return s;
 }
 #endif
@@ -84,7 +84,7 @@ fn sample_li_environment(light: Light, u: vec2f) -> LightSample {
         if (omc > 0.0) {
             s.wi = normalize(frame_around(-light.p1.xyz) * sample_cone(u, omc));
             s.density = light.probability / (2.0 * PI * omc);
-            s.chance = 1.0;
+            s.hittable = 1.0;
         } else {
             s.wi = -light.p1.xyz;
             s.density = light.probability;
@@ -97,7 +97,7 @@ fn sample_li_environment(light: Light, u: vec2f) -> LightSample {
     s.distance = INFINITE;
     s.density = light.probability / (4.0 * PI);
     s.weight = 1.0 / s.density;
-    s.chance = 1.0;
+    s.hittable = 1.0;
     return s;
 }
 
@@ -134,13 +134,13 @@ fn pdf_le_environment(light: Light, o: vec3f, d: vec3f, at: u32) -> f32 {
 fn sample_le_environment(light: Light, u: vec2f, v: vec2f) -> LightRay {
     var l = light_ray(light);
     var place = u;
-    l.chance = 1.0;
+    l.hittable = 1.0;
     if (light.kind == LIGHT_KIND_SUN) {
         let omc = light.p2.x;
         if (omc > 0.0) {
             l.ray.d = normalize(frame_around(l.n) * sample_cone(v, omc));
         } else {
-            l.chance = 0.0;
+            l.hittable = 0.0;
         }
     } else if (light.kind == LIGHT_KIND_CONSTANT) {
         l.ray.d = frame_around(vec3f(0.0, 0.0, 1.0)) * sample_cone(v, 2.0);
@@ -170,7 +170,7 @@ fn sample_le_environment(light: Light, u: vec2f, v: vec2f) -> LightRay {
 // Density of the light paths that come in along a ray escaping towards `d`.
 fn distant_emission(light: Light, d: vec3f, at: u32) -> f32 {
 #if CAUSTICS
-    if (path.joins > 0.0) {
+    if (path.light_path_density > 0.0) {
         return pdf_le(light, path.last_vertex, -d, 1.0, at);
     }
 #endif
@@ -184,8 +184,8 @@ fn add_environment(d: vec3f) {
         switch light.kind {
 #if ENV_CONSTANT
             case LIGHT_KIND_CONSTANT: {
-                let w = chance_share(light.probability / (4.0 * PI), distant_emission(light, d, NONE));
-                for (var k = 0u; k < LANES4; k++) {
+                let w = mis_weight_emitter_hit(light.probability / (4.0 * PI), distant_emission(light, d, NONE));
+                for (var k = 0u; k < WAVELENGTHS4; k++) {
                     li[k] += w * beta[k] * spectrum(light.row, k);
                 }
             }
@@ -193,8 +193,8 @@ fn add_environment(d: vec3f) {
 #if ENV_IMAGE
             case LIGHT_KIND_IMAGE: {
                 let at = environment_texel(light, d);
-                let w = chance_share(light.probability * pdf_environment_image(at), distant_emission(light, d, at));
-                for (var k = 0u; k < LANES4; k++) {
+                let w = mis_weight_emitter_hit(light.probability * pdf_environment_image(at), distant_emission(light, d, at));
+                for (var k = 0u; k < WAVELENGTHS4; k++) {
                     li[k] += w * beta[k] * environment_radiance(light, at, k);
                 }
             }
@@ -205,8 +205,8 @@ fn add_environment(d: vec3f) {
                 let v = d + light.p1.xyz;
                 // |d - axis|^2 = 2 (1 - cos): keeps its digits for a small sun.
                 if (omc > 0.0 && dot(v, v) <= 2.0 * omc) {
-                    let w = chance_share(light.probability / (2.0 * PI * omc), distant_emission(light, d, NONE));
-                    for (var k = 0u; k < LANES4; k++) {
+                    let w = mis_weight_emitter_hit(light.probability / (2.0 * PI * omc), distant_emission(light, d, NONE));
+                    for (var k = 0u; k < WAVELENGTHS4; k++) {
                         li[k] += w * beta[k] * spectrum(light.row, k);
                     }
                 }

@@ -29,7 +29,7 @@ struct LightSample {
     distance: f32,
     weight: f32, // radiance (or intensity, irradiance) of `row` times this is the incident light per pdf
     density: f32, // of the sample: pdf per solid angle, choice of light included; for a light of zero size 1 / (weight without its shape)
-    chance: f32, // 1 for a light that can be hit by chance, else 0
+    hittable: f32, // 1 for a light that can be hit by chance, else 0
     row: u32,
 #if CAUSTICS
     index: u32,
@@ -111,7 +111,7 @@ struct LightRay {
     weight: f32, // what is emitted along the ray, over the greatest
     given_up: bool, // the ray is one of the other half's (aim.wgsl)
     texel: u32, // of an environment picture, or NONE
-    chance: f32, // 1 if a camera path could meet the light, else 0
+    hittable: f32, // 1 if a camera path could meet the light, else 0
 }
 
 fn light_ray(light: Light) -> LightRay {
@@ -119,7 +119,7 @@ fn light_ray(light: Light) -> LightRay {
 }
 
 #if CAMERA_PATHS
-#if LIGHT_SAMPLES
+#if NEXT_EVENT_ESTIMATION
 // Light incident at `p`, from one light of the scene.
 fn sample_light(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     let choice = choose_light_for(p, u_choice);
@@ -255,7 +255,7 @@ fn sample_le(light: Light, u: vec2f, v: vec2f) -> LightRay {
 #endif
 
 #if CAMERA_PATHS
-#if LIGHT_SAMPLES
+#if NEXT_EVENT_ESTIMATION
 // Density of the light paths that a light sample, seen from `p`, could have come with.
 fn pdf_le_of_sample(s: LightSample, p: vec3f) -> f32 {
     let light = load_Light(s.index);

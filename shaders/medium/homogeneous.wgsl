@@ -21,12 +21,12 @@ fn has_medium(m: Interior) -> bool {
 }
 
 #if CONNECT || LIGHT_PATHS
-// pending *= transmittance over `distance` in `interior`.
-fn attenuate_pending(interior: u32, distance: f32) {
+// Ld *= transmittance over `distance` in `interior`.
+fn attenuate_Ld(interior: u32, distance: f32) {
     let m = load_Interior(interior);
     if (has_medium(m)) {
-        for (var k = 0u; k < LANES4; k++) {
-            pending[k] *= exp(-distance * sigma_t(m, k));
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
+            Ld[k] *= exp(-distance * sigma_t(m, k));
         }
     }
 }
@@ -46,15 +46,15 @@ fn sample_free_flight(interior: u32, t_max: f32) -> f32 {
             return -1.0;
         }
         let u = next_2d();
-        let lane = sample_lane(u.x);
-        var sigma = spectrum_at(m.sigma_s_row, lane);
+        let wavelength = sample_wavelength(u.x);
+        var sigma = spectrum_at(m.sigma_s_row, wavelength);
         if (m.sigma_a_row != NONE) {
-            sigma += spectrum_at(m.sigma_a_row, lane);
+            sigma += spectrum_at(m.sigma_a_row, wavelength);
         }
         let t = select(INFINITE, -log(1.0 - u.y) / sigma, sigma > 0.0);
         let scatters = t < t_max;
         var pdf = vec4f(0.0);
-        for (var k = 0u; k < LANES4; k++) {
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
             let s = sigma_t(m, k);
             let transmittance = exp(-s * min(t, t_max));
             pdf += beta[k] * select(transmittance, s * transmittance, scatters);
@@ -64,7 +64,7 @@ fn sample_free_flight(interior: u32, t_max: f32) -> f32 {
         return select(-1.0, t, scatters);
     }
 #endif
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         beta[k] *= exp(-t_max * sigma_t(m, k));
     }
     return -1.0;

@@ -67,7 +67,7 @@ fn is_invisible(m: Material, sides: Sides) -> bool {
     var invisible = m.kind == MATERIAL_KIND_BOUNDARY || here == beyond;
 #if DIELECTRIC
     var is_bare = true;
-#if FILM
+#if THIN_FILM
     is_bare = m.kind != MATERIAL_KIND_SMOOTH_DIELECTRIC || m.c == 0u;
 #endif
     invisible = invisible || (is_bare && load_Interior(here & 0xffffu).eta_row == load_Interior(beyond & 0xffffu).eta_row);

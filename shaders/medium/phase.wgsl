@@ -13,7 +13,7 @@ fn phase_hg(cos_theta: f32, g: f32) -> f32 {
 // Likewise of a direction in the local frame along the path.
 fn eval_phase(b: ptr<function, Bsdf>, wi: vec3f, f: ptr<function, Spectrum>) -> BsdfPdf {
     let phase = phase_hg(wi.z, (*b).m.alpha);
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         (*f)[k] = vec4f(phase);
     }
     return BsdfPdf(phase, phase, phase);

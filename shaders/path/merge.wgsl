@@ -1,4 +1,4 @@
-// Gathering: what is seen through or in metal and glass. The first diffuse or foggy vertex of a camera path that something has bent is left as a visible
+// Merging: what is seen through or in metal and glass. The first diffuse or foggy vertex of a camera path that something has bent is left as a visible
 // point in a hash grid; light paths of the same pass add to the pixels of all points around their vertices (progressive photon mapping the other way
 // round: Hachisuka et al. 2008, Knaus & Zwicker 2011). Sums are integers, so the order of a cell's list does not matter.
 //
@@ -19,12 +19,12 @@ const POINT_HEAD = TEXELS_OF_VisiblePoint + TEXELS_OF_PointSheen;
 #else
 const POINT_HEAD = TEXELS_OF_VisiblePoint;
 #endif
-const POINT_STRIDE = POINT_HEAD + LANES4;
+const POINT_STRIDE = POINT_HEAD + WAVELENGTHS4;
 const FOG_POINT = 0x80000000u; // of VisiblePoint.about
 
 // Cells are as wide as the largest kernel, so that a kernel reaches into no more than eight.
 fn cell_of(p: vec3f) -> vec3i {
-    return vec3i(floor(p / (2.0 * gather_radius(params.gather_reach))));
+    return vec3i(floor(p / (2.0 * merge_radius(params.merge_reach))));
 }
 
 // Every pass has cells of its own: what a pass looks up lies together, as its points do.
@@ -51,7 +51,7 @@ fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function
     let first = rest_of_point(point_slot);
     let next = atomicExchange(&heads[cell_head(cell_of(p), pass_of_path)], point_slot + 1u);
     store_PointLink_at(point_slot, PointLink(p.x, p.y, p.z, next));
-    let about = select(0u, FOG_POINT, in_medium) | min(path.depth, 0x7fffu) << 16u | min(path.lane, 255u) << 8u | pass_of_path;
+    let about = select(0u, FOG_POINT, in_medium) | min(path.depth, 0x7fffu) << 16u | min(path.wavelength, 255u) << 8u | pass_of_path;
     var medium_or_coat = 0u;
 #if COAT
     medium_or_coat = (*b).coat + 1u;
@@ -60,12 +60,12 @@ fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function
     medium_or_coat = select(medium_or_coat, bitcast<u32>((*b).m.alpha), in_medium);
 #endif
     let normal = select((*at).ns, ray.d, in_medium);
-    let connection = path.joins / f32(params.light_paths);
-    store_VisiblePoint_at(first, VisiblePoint(vec4f(normal, gather_radius(path.length)), sampled_pixel, about, medium_or_coat, connection));
+    let connection = path.light_path_density / f32(params.light_paths);
+    store_VisiblePoint_at(first, VisiblePoint(vec4f(normal, merge_radius(path.length)), sampled_pixel, about, medium_or_coat, connection));
 #if SHEEN
     store_PointSheen_at(first + TEXELS_OF_VisiblePoint, PointSheen((*b).sheen, (*b).sheen_entered, 0u, 0u));
 #endif
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         var throughput = beta[k];
 #if DIFFUSE
         throughput *= select(INV_PI * diffuse_reflectance(b, k), vec4f(1.0), in_medium);
@@ -83,11 +83,11 @@ fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function
 @group(0) @binding(17) var<storage, read> heads: array<u32>;
 
 // Adds this vertex, the path's of this number, to all points around it; normals are on the side that a surface is lit from.
-fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
+fn merge(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
     let pass_index = pass_of_path;
     let in_fog = v.extinction > 0.0;
     // The lower of the two cells along each axis that the largest kernel can reach into.
-    let reach = gather_radius(params.gather_reach);
+    let reach = merge_radius(params.merge_reach);
     let first = cell_of(v.p - reach);
     var corner = 0u;
     var cell: vec3i;
@@ -119,10 +119,10 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         let normal = point.normal.xyz;
         let radius = point.normal.w;
         let about = point.about;
-        let lane = (about >> 8u) & 0xffu;
+        let wavelength = (about >> 8u) & 0xffu;
         // Another cell of the same head may hold the point, and have it looked at a second time.
         if (dot(to_point, to_point) > radius * radius || (about & 0xffu) != pass_index || any(cell_of(place) != cell)
-            || (lane != 255u && path.lane != NONE && lane != path.lane) || (about >= FOG_POINT) != in_fog) {
+            || (wavelength != 255u && path.wavelength != NONE && wavelength != path.wavelength) || (about >= FOG_POINT) != in_fog) {
             continue;
         }
         // Together no longer than a path may be.
@@ -135,7 +135,7 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
 #if SCATTERING
         if (in_fog) {
             factor = phase_hg(-dot(normal, ray.d), bitcast<f32>(point.medium_or_coat));
-            camera.reverse = factor;
+            camera.pdf_rev = factor;
         }
 #endif
         if (!in_fog && (dot(normal, ns) < 0.9 || abs(dot(to_point, n)) > 0.2 * radius || dot(normal, ray.d) >= 0.0)) {
@@ -146,9 +146,9 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         let over = load_PointSheen_at(at + TEXELS_OF_VisiblePoint);
         factor *= out_of_sheen(over.sheen, over.entered, min(abs(dot(normal, ray.d)), 1.0));
 #endif
-        let measure = gather_measure(camera, radius);
-        let gathered = path.emission * safe_ratio(measure * camera.cos_from, camera.reverse);
-        let others = camera_density_at(camera, number) + path.emission * point.connection;
+        let measure = merge_measure(camera, radius);
+        let merged = path.emission * safe_ratio(measure * camera.cos_from, camera.pdf_rev);
+        let others = camera_path_density_at(camera, number) + path.emission * point.connection;
 #if COAT
         var there: Bsdf;
         there.coat = select(point.medium_or_coat - 1u, NONE, in_fog);
@@ -156,37 +156,37 @@ fn gather(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         var out = coat_transmittance(&there, min(abs(dot(normal, ray.d)), 1.0));
 #endif
         let kernel = select(measure, measure / v.extinction, in_fog);
-        let w = factor / (kernel * (1.0 + safe_ratio(others, gathered)));
-        for (var k = 0u; k < LANES4; k++) {
-            pending[k] = w * beta[k] * load_points(at + POINT_HEAD + k);
+        let w = factor / (kernel * (1.0 + safe_ratio(others, merged)));
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
+            Ld[k] = w * beta[k] * load_points(at + POINT_HEAD + k);
 #if COAT
-            pending[k] *= if_coated(&there, out[k]);
+            Ld[k] *= if_coated(&there, out[k]);
 #endif
         }
         let pixel = point.pixel;
         splat_pixel = vec2u(pixel % params.image_width, pixel / params.image_width);
-        splat(select(lane, path.lane, lane == 255u));
+        splat(select(wavelength, path.wavelength, wavelength == 255u));
     }
 }
 #endif
 
 #if LIGHT_PATHS
 #if DIFFUSE
-// What arrives at a surface that may be diffuse is gathered before chance decides what the surface is: the points know which part of a mixture they are of.
-fn gather_at_surface(ray: Ray, s: Surface) {
+// What arrives at a surface that may be diffuse is merged before chance decides what the surface is: the points know which part of a mixture they are of.
+fn merge_at_surface(ray: Ray, s: Surface) {
     let flip = select(1.0, -1.0, dot(ray.d, s.n) > 0.0);
     let cos_from = -flip * dot(ray.d, s.ns);
     if (cos_from > 0.0 && path.depth < params.max_depth) {
         let v = Vertex(s.p, cos_from, 1.0, 0.0, cos_from * INV_PI, false, 0.0);
-        gather(ray, v, path.depth + 1u, flip * s.n, flip * s.ns);
+        merge(ray, v, path.depth + 1u, flip * s.n, flip * s.ns);
     }
 }
 #endif
 
 #if SCATTERING
-fn gather_in_medium(ray: Ray, at: ptr<function, Interaction>) {
+fn merge_in_medium(ray: Ray, at: ptr<function, Interaction>) {
     if (path.depth < params.max_depth) {
-        gather(ray, Vertex((*at).s.p, 1.0, 1.0, 0.0, 0.0, false, (*at).extinction), path.depth + 1u, vec3f(0.0), vec3f(0.0));
+        merge(ray, Vertex((*at).s.p, 1.0, 1.0, 0.0, 0.0, false, (*at).extinction), path.depth + 1u, vec3f(0.0), vec3f(0.0));
     }
 }
 #endif

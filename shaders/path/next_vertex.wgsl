@@ -20,7 +20,7 @@
 #include "path/state.wgsl"
 #include "path/mis.wgsl"
 #include "path/scatter.wgsl"
-#if GATHERED
+#if MERGING
 #include "path/merge.wgsl"
 #endif
 #if LIGHT_PATHS
@@ -50,15 +50,15 @@ fn add_emission(ray: Ray, s: Surface) {
     if (emits_towards(light, cos_theta)) {
         var emission = 0.0;
 #if CAUSTICS
-        if (path.joins > 0.0) {
+        if (path.light_path_density > 0.0) {
             emission = pdf_le(light, s.p, -ray.d, cos_theta, NONE);
         }
 #endif
-        let w = chance_share(pdf_li_area(s.light, path.last_vertex, distance(s.p, path.last_vertex), ray.d, s.n), emission);
+        let w = mis_weight_emitter_hit(pdf_li_area(s.light, path.last_vertex, distance(s.p, path.last_vertex), ray.d, s.n), emission);
 #if LIGHT_TEXTURES
         look_at_light(texture_of_light(light), s.primitive, s.p);
 #endif
-        for (var k = 0u; k < LANES4; k++) {
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
             li[k] += w * beta[k] * radiance_of(light, k);
         }
     }
@@ -80,7 +80,7 @@ fn unmap_normals(first: u32, s: ptr<function, Surface>) -> u32 {
 
 #if COMPOSITE
 // The part of a composite material that this path (or its shadow ray) meets at `s`. The share that a mixture has of each wavelength goes into beta (or
-// pending), what a map of normals says into the shading normal, what lies over that part into `b`.
+// Ld), what a map of normals says into the shading normal, what lies over that part into `b`.
 fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool, b: ptr<function, Bsdf>) -> u32 {
     var index = first;
 #if COAT
@@ -144,18 +144,18 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool, b: p
         look_up_color(b, (*s).primitive, (*s).p);
 #endif
         var share = 0.0;
-        for (var k = 0u; k < LANES4; k++) {
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
             share += dot(beta[k], color_of(b, k));
         }
         let total = sum_beta();
         // Any probability strictly between 0 and 1 is right; that of the carried wavelengths is best.
         share = select(0.5, clamp(share / total, 0.001, 0.999), total > 0.0);
         let is_first = next_1d() < share;
-        for (var k = 0u; k < LANES4; k++) {
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
             let w = color_of(b, k);
             let factor = select((1.0 - w) / (1.0 - share), w / share, is_first);
             if (in_shadow) {
-                pending[k] *= factor;
+                Ld[k] *= factor;
             } else {
                 beta[k] *= factor;
             }
@@ -176,7 +176,7 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool, b: p
         }
 #if COAT
         (*b).coat = select((*b).coat, NONE, below == 0.0);
-        for (var k = 0u; k < LANES4; k++) {
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
             above_coat[k] *= below;
         }
 #endif
@@ -192,7 +192,7 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool, b: p
 }
 #endif
 
-#if GATHERS_PAINT
+#if MERGES_AT_SURFACES
 // Whether a path that meets the material `index` may, by chance or by what touches it there, meet a diffuse surface.
 fn may_scatter_diffusely(index: u32, hit: Hit) -> bool {
     let kind = load_Material(index).kind;
@@ -259,7 +259,7 @@ fn in_medium(ray: Ray, t: f32, m: Interior) -> Interaction {
     at.ns = ray.d;
     at.cos_from = 1.0;
 #if CAUSTICS
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         at.extinction = max(at.extinction, max4(sigma_t(m, k)));
     }
 #else
@@ -304,9 +304,9 @@ fn meet_surface(ray: Ray, hit: Hit, at: ptr<function, Interaction>) -> Met {
 #if NORMAL_MAPS
     index = unmap_normals(index, &s);
 #endif
-#if GATHERS_PAINT
+#if MERGES_AT_SURFACES
     if (may_scatter_diffusely(index, hit)) {
-        gather_at_surface(ray, s);
+        merge_at_surface(ray, s);
     }
 #endif
 #if COMPOSITE
@@ -394,8 +394,8 @@ fn next_vertex(ray: Ray, hit: Hit) -> Ray {
     if (scatters_before) {
         at = in_medium(ray, t, load_Interior(medium));
 #if LIGHT_PATHS
-#if GATHERED
-        gather_in_medium(ray, &at);
+#if MERGING
+        merge_in_medium(ray, &at);
 #endif
 #endif
     }
@@ -419,7 +419,7 @@ fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
     var visible = hit.primitive == NONE;
 #if PASS_THROUGH
 #if MEDIA
-    attenuate_pending(ruling_interior(shadow_inside), min(hit.t, ray.t_max));
+    attenuate_Ld(ruling_interior(shadow_inside), min(hit.t, ray.t_max));
 #endif
     if (!visible) {
         var s = surface_at(ray, hit);
@@ -494,10 +494,10 @@ fn next_event(from_vertex: Ray) -> Ray {
     }
     if (path.connects) {
 #if LIGHT_PATHS
-        splat(path.lane);
+        splat(path.wavelength);
 #else
-        for (var k = 0u; k < LANES4; k++) {
-            li[k] += pending[k];
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
+            li[k] += Ld[k];
         }
 #endif
     }

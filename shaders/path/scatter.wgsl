@@ -16,7 +16,7 @@
 #endif
 #include "path/state.wgsl"
 #include "path/mis.wgsl"
-#if GATHERED
+#if MERGING
 #include "path/merge.wgsl"
 #endif
 
@@ -50,7 +50,7 @@ fn draw_event() {
 
 // Russian roulette from the fourth event on, surviving by the mean throughput of the carried wavelengths.
 fn survives_roulette() -> bool {
-    let mean_beta = sum_beta() / f32(LANES);
+    let mean_beta = sum_beta() / f32(WAVELENGTHS);
     if (mean_beta <= 0.0) {
         return false;
     }
@@ -89,7 +89,7 @@ fn leaving_factor(at: ptr<function, Interaction>, d: vec3f, w: vec3f, mu: f32) -
 // The vertex as multiple importance sampling sees it, for a direction of cosine `mu`.
 fn vertex_towards(at: ptr<function, Interaction>, mu: f32, densities: BsdfPdf) -> Vertex {
     let cos_to = select(abs(mu), 1.0, is_in_medium(at));
-    return Vertex((*at).s.p, (*at).cos_from, cos_to, densities.forward, densities.reverse, !is_merging((*at).bsdf.m.kind), (*at).extinction);
+    return Vertex((*at).s.p, (*at).cos_from, cos_to, densities.pdf_fwd, densities.pdf_rev, !is_merging((*at).bsdf.m.kind), (*at).extinction);
 }
 
 #if INTERIORS
@@ -131,7 +131,7 @@ fn light_spectrum(light: LightSample, k: u32) -> vec4f {
 }
 #endif
 
-// Sends the shadow ray of `pending` first, `next` after it (or nothing, if the path does not survive).
+// Sends the shadow ray of `Ld` first, `next` after it (or nothing, if the path does not survive).
 fn shadow_then(next: Ray, survives: bool, light: LightSample, o: vec3f, from_primitive: u32) -> Ray {
     next_ray = next;
 #if CONTACT
@@ -152,7 +152,7 @@ fn shadow_starts_in(volumes: vec4u, light: LightSample) {
 #if PASS_THROUGH
     shadow_inside = volumes;
 #elif MEDIA
-    attenuate_pending(ruling_interior(volumes), light.distance);
+    attenuate_Ld(ruling_interior(volumes), light.distance);
 #endif
 }
 #endif
@@ -175,7 +175,7 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
     let specular = is_specular(b.m);
     var f: Spectrum;
 #if CAMERA_PATHS
-#if GATHERED
+#if MERGING
     if (path.view == VIEW_BENT && is_merging(b.m.kind)) {
         leave_visible_point(ray, at, &b);
     }
@@ -191,10 +191,10 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
         if (lit) {
             let densities = eval_bsdf(&b, wo, wl, &f);
             // Nothing goes through what does not transmit.
-            lit = densities.forward > 0.0;
-            let w = connection_weight(light, vertex_towards(at, wl.z, densities)) * leaving_factor(at, ray.d, light.wi, wl.z);
-            for (var k = 0u; k < LANES4; k++) {
-                pending[k] = w * beta[k] * f[k] * light_spectrum(light, k);
+            lit = densities.pdf_fwd > 0.0;
+            let w = mis_weight_connection(light, vertex_towards(at, wl.z, densities)) * leaving_factor(at, ray.d, light.wi, wl.z);
+            for (var k = 0u; k < WAVELENGTHS4; k++) {
+                Ld[k] = w * beta[k] * f[k] * light_spectrum(light, k);
             }
 #if INTERIORS
             shadow_starts_in(volumes_towards(at, wl.z), light);
@@ -207,10 +207,10 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
     if (!sampled.is_specular) {
         let densities = eval_bsdf(&b, wo, sampled.wi, &f);
         let weight = 1.0 / densities.pdf;
-        for (var k = 0u; k < LANES4; k++) {
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
             beta[k] *= select(vec4f(0.0), f[k] * weight, densities.pdf > 0.0);
         }
-        pdf = densities.forward;
+        pdf = densities.pdf_fwd;
         leave_vertex(vertex_towards(at, sampled.wi.z, densities));
     }
     scale_beta(leaving_factor(at, ray.d, sampled.d, sampled.wi.z));

@@ -5,66 +5,66 @@
 #include "geometry/trace.wgsl"
 
 var<private> pass_of_path: u32; // pass within the table of spectra
-var<private> beta: array<vec4f, LANES4>; // throughput per lane
-var<private> li: array<vec4f, LANES4>; // radiance gathered so far
-var<private> pending: array<vec4f, LANES4>; // light-sample contribution that waits for its shadow ray
+var<private> beta: array<vec4f, WAVELENGTHS4>; // throughput per wavelength
+var<private> li: array<vec4f, WAVELENGTHS4>; // radiance collected so far
+var<private> Ld: array<vec4f, WAVELENGTHS4>; // light-sample contribution that waits for its shadow ray
 
 fn sum_beta() -> f32 {
     var s = vec4f(0.0);
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         s += beta[k];
     }
     return sum4(s);
 }
 
 fn scale_beta(factor: f32) {
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         beta[k] *= factor;
     }
 }
 
-#if LANE_CHOICE
-var<private> lane_shares: array<vec4f, LANES4>; // probabilities, but for a common factor
+#if WAVELENGTH_CHOICE
+var<private> wavelength_shares: array<vec4f, WAVELENGTHS4>; // probabilities, but for a common factor
 
-// A lane with probability lane_shares / their sum.
-fn choose_lane(u: f32) -> u32 {
+// A wavelength with probability wavelength_shares / their sum.
+fn choose_wavelength(u: f32) -> u32 {
     var total = vec4f(0.0);
-    for (var k = 0u; k < LANES4; k++) {
-        total += lane_shares[k];
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        total += wavelength_shares[k];
     }
     let target_sum = u * sum4(total);
-    var lane = 0u;
+    var wavelength = 0u;
     var last = 0u;
     var s = 0.0;
-    for (var k = 0u; k < LANES4; k++) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
         for (var c = 0u; c < 4u; c++) {
-            let share = lane_shares[k][c];
-            // The last lane of a share that is not zero catches what rounding leaves over.
+            let share = wavelength_shares[k][c];
+            // The last wavelength of a share that is not zero catches what rounding leaves over.
             last = select(last, 4u * k + c, share > 0.0);
             s += share;
-            lane = select(lane, 4u * k + c + 1u, s <= target_sum);
+            wavelength = select(wavelength, 4u * k + c + 1u, s <= target_sum);
         }
     }
-    return min(lane, last);
+    return min(wavelength, last);
 }
 
-// A lane with probability beta / sum(beta): the one-sample mixture over wavelengths; callers divide by the mixture's pdf.
-fn sample_lane(u: f32) -> u32 {
-    lane_shares = beta;
-    return choose_lane(u);
+// A wavelength with probability beta / sum(beta): the one-sample mixture over wavelengths; callers divide by the mixture's pdf.
+fn sample_wavelength(u: f32) -> u32 {
+    wavelength_shares = beta;
+    return choose_wavelength(u);
 }
 #endif
 
-fn at_lane(values: ptr<private, array<vec4f, LANES4>>, lane: u32) -> f32 {
+fn at_wavelength(values: ptr<private, array<vec4f, WAVELENGTHS4>>, wavelength: u32) -> f32 {
     var chosen = vec4f(0.0);
-    for (var k = 0u; k < LANES4; k++) {
-        chosen += (*values)[k] * one_hot(lane, k);
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        chosen += (*values)[k] * one_hot(wavelength, k);
     }
     return sum4(chosen);
 }
 
-fn beta_at(lane: u32) -> f32 {
-    return at_lane(&beta, lane);
+fn beta_at(wavelength: u32) -> f32 {
+    return at_wavelength(&beta, wavelength);
 }
 
 struct Path {
@@ -75,18 +75,18 @@ struct Path {
     pdf: f32, // of the present direction per solid angle; negative if no light sample could have made it
     last_vertex: vec3f, // where that direction was chosen
     crossings: u32, // surfaces passed straight through; bounds the loop
-    lane: u32, // the one wavelength left after a dispersive refraction, or NONE
+    wavelength: u32, // the one wavelength left after a dispersive refraction, or NONE
     start: f32, // mean throughput at the start
 #if CAUSTICS
-    length: f32, // way so far; of a light path, from the last vertex at which it could be gathered
+    length: f32, // way so far; of a light path, from the last vertex at which it could be merged
 #if CAMERA_PATHS
-    joins: f32, // density of light paths for this one, over that of emission (path/mis.wgsl)
+    light_path_density: f32, // density of light paths for this one, over that of emission (path/mis.wgsl)
     view: u32, // VIEW_*: what lies between the sensor and the path's end
 #else
-    at_joints: f32, // what the throughput is worth at joints to the sensor, over what it is worth at visible points
+    connection_scale: f32, // what the throughput is worth at connections to the sensor, over what it is worth at visible points
     emission: f32, // number of light paths times the density of emission
-    chance: f32, // density of camera paths that hit or sample the light
-    gathers: f32, // cosine over pdf for a camera path at the last vertex at which this one could be gathered, or 0
+    camera_path_density: f32, // density of camera paths that hit or sample the light
+    merges: f32, // cosine over pdf for a camera path at the last vertex at which this one could be merged, or 0
     extinction: f32, // of the fog there
     light: u32,
     light_texel: u32, // of an environment picture
@@ -118,8 +118,8 @@ fn start_path(ray: Ray) {
     path = Path();
     path.pdf = -1.0;
     path.last_vertex = ray.o;
-    path.lane = NONE;
-    path.start = sum_beta() / f32(LANES);
+    path.wavelength = NONE;
+    path.start = sum_beta() / f32(WAVELENGTHS);
 }
 
 fn end_path(ray: Ray) -> Ray {

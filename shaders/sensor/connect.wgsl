@@ -17,7 +17,7 @@
 #endif
 @group(0) @binding(13) var<storage, read_write> splats: array<atomic<u32>>;
 #if MANY_BINS
-@group(0) @binding(12) var<storage, read> lane_bins: array<u32>;
+@group(0) @binding(12) var<storage, read> wavelength_bins: array<u32>;
 #endif
 
 var<private> splat_pixel: vec2u;
@@ -43,19 +43,19 @@ fn add_quanta(index: u32, quanta: f32, u: f32) {
     }
 }
 
-// Adds `pending` to the pixel at hand, `lane` of it or all if that is NONE. Software drivers execute whatever is within a loop, needed or not, so that there is
+// Adds `Ld` to the pixel at hand, `wavelength` of it or all if that is NONE. Software drivers execute whatever is within a loop, needed or not, so that there is
 // one addition to a bin, in a loop of its own.
-fn splat(lane: u32) {
+fn splat(wavelength: u32) {
     let at = splat_pixel - vec2u(params.tile_x, params.tile_y);
     if (at.x >= params.tile_width || at.y >= params.tile_height) {
         return;
     }
-    var bins: array<vec4f, LANES4>;
+    var bins: array<vec4f, WAVELENGTHS4>;
     var total = vec4f(0.0);
     var xyz = vec3f(0.0);
-    for (var k = 0u; k < LANES4; k++) {
-        xyz += vec3f(dot(pending[k], spectrum(ROW_X, k)), dot(pending[k], spectrum(ROW_Y, k)), dot(pending[k], spectrum(ROW_Z, k)));
-        bins[k] = pending[k] * spectrum(ROW_BIN, k);
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        xyz += vec3f(dot(Ld[k], spectrum(ROW_X, k)), dot(Ld[k], spectrum(ROW_Y, k)), dot(Ld[k], spectrum(ROW_Z, k)));
+        bins[k] = Ld[k] * spectrum(ROW_BIN, k);
         total += bins[k];
     }
     let quanta = sum4(total) * params.inverse_quantum;
@@ -74,18 +74,18 @@ fn splat(lane: u32) {
     let base = (at.y * params.tile_width + at.x) * (BINS + 3u);
     let u = unit_float(hash(sampler_pixel ^ hash(sampler_index ^ (sampler_dimension << 24u))));
     // The bins, and X, Y, Z after them.
-    let first = select(0u, lane, lane != NONE);
-    let end = select(LANES, lane + 1u, lane != NONE) + 3u;
+    let first = select(0u, wavelength, wavelength != NONE);
+    let end = select(WAVELENGTHS, wavelength + 1u, wavelength != NONE) + 3u;
     for (var i = first; i < end; i++) {
         let of_xyz = i + 3u - end;
         let is_bin = i + 3u < end;
         // Sums with one term each: an index into an array that differs between lanes is slow.
         var value = select(component(vec4f(xyz, 0.0), of_xyz) / f32(XYZ_RATIO), 0.0, is_bin);
-        for (var k = 0u; k < LANES4; k++) {
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
             value += select(0.0, dot(bins[k], one_hot(i, k)), is_bin);
         }
 #if MANY_BINS
-        let bin = lane_bins[pass_of_path * LANES + min(i, LANES - 1u)];
+        let bin = wavelength_bins[pass_of_path * WAVELENGTHS + min(i, WAVELENGTHS - 1u)];
 #else
         let bin = i;
 #endif
@@ -212,16 +212,16 @@ fn record_crossing(ray: Ray, t_max: f32) {
     }
     // The sensor is like a diffuse surface, at which camera paths begin evenly over a pixel.
     let per_pixel = size.x * size.y / sensor_area();
-    let reverse = cos_theta * INV_PI;
-    let others = camera_density_at(Vertex(ray.o + t * ray.d, cos_theta, 1.0, 1.0, reverse, false, 0.0), path.depth + 1u);
+    let pdf_rev = cos_theta * INV_PI;
+    let others = camera_path_density_at(Vertex(ray.o + t * ray.d, cos_theta, 1.0, 1.0, pdf_rev, false, 0.0), path.depth + 1u);
     let share = 1.0 / (1.0 + safe_ratio(others, path.emission * PI / per_pixel));
-    for (var k = 0u; k < LANES4; k++) {
-        pending[k] = share * per_pixel * beta[k];
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        Ld[k] = share * per_pixel * beta[k];
     }
 #if MEDIA
-    attenuate_pending(ruling_interior(inside), t);
+    attenuate_Ld(ruling_interior(inside), t);
 #endif
     splat_pixel = vec2u(at * size);
-    splat(path.lane);
+    splat(path.wavelength);
 }
 #endif

@@ -86,8 +86,8 @@ fn start_ray(pixel: vec2u) -> Ray {
     sensor_normal = n;
     ray.d = normalize(frame_around(n) * sample_cosine(next_2d()));
 #endif
-    for (var k = 0u; k < LANES4; k++) {
-        beta[k] = weight * select(vec4f(0.0), vec4f(1.0), vec4u(4u * k, 4u * k + 1u, 4u * k + 2u, 4u * k + 3u) < vec4u(LANES));
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        beta[k] = weight * select(vec4f(0.0), vec4f(1.0), vec4u(4u * k, 4u * k + 1u, 4u * k + 2u, 4u * k + 3u) < vec4u(WAVELENGTHS));
         li[k] = vec4f(0.0);
     }
     return ray;

@@ -54,19 +54,19 @@ impl Coat<'_> {
         if once > 0.0 { once / (1.0 - r + r * i.max(o)) } else { 0.0 }
     }
 
-    /// Density of what a rough coat itself reflects, per solid angle of `wo`; 0 if it is smooth.
-    pub fn eval(&self, wi: DVec3, wo: DVec3) -> f64 {
-        let Some((alpha, _)) = self.rough.filter(|_| wi.z > 0.0 && wo.z > 0.0) else { return 0.0 };
-        let m = (wi + wo).normalize();
-        ggx::d(alpha, m) * ggx::g2(alpha, wi, wo) / (4.0 * wi.z) * fresnel::dielectric(wi.dot(m), self.eta)
+    /// Density of what a rough coat itself reflects, per solid angle of `wi`; 0 if it is smooth.
+    pub fn eval(&self, wo: DVec3, wi: DVec3) -> f64 {
+        let Some((alpha, _)) = self.rough.filter(|_| wo.z > 0.0 && wi.z > 0.0) else { return 0.0 };
+        let m = (wo + wi).normalize();
+        ggx::d(alpha, m) * ggx::g2(alpha, wo, wi) / (4.0 * wo.z) * fresnel::dielectric(wo.dot(m), self.eta)
     }
 
     /// Where a facet (that of the normal, if the coat is smooth) reflects light to, with the factor on its flux but for Fresnel's, and the cosine at the
     /// facet. `u` are two uniform numbers.
-    pub fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<(DVec3, f64, f64)> {
-        let Some((alpha, _)) = self.rough else { return Some((fresnel::reflect(wi, DVec3::Z), 1.0, wi.z)) };
-        let m = ggx::sample_vndf(alpha, wi, u);
-        let wo = fresnel::reflect(wi, m);
-        (wo.z > 0.0).then(|| (wo, ggx::g2(alpha, wi, wo) / ggx::g1(alpha, wi), wi.dot(m)))
+    pub fn sample(&self, wo: DVec3, u: [f64; 2]) -> Option<(DVec3, f64, f64)> {
+        let Some((alpha, _)) = self.rough else { return Some((fresnel::reflect(wo, DVec3::Z), 1.0, wo.z)) };
+        let m = ggx::sample_vndf(alpha, wo, u);
+        let wi = fresnel::reflect(wo, m);
+        (wi.z > 0.0).then(|| (wi, ggx::g2(alpha, wo, wi) / ggx::g1(alpha, wo), wo.dot(m)))
     }
 }

@@ -21,7 +21,7 @@ pub struct RoughConductor<'a> {
 #[derive(Debug, Clone, Copy)]
 pub struct ConductorSample {
     /// Where the particle goes.
-    pub wo: DVec3,
+    pub wi: DVec3,
     /// Factor on its flux, without the reflectance.
     pub weight: f64,
     /// Which reflectance applies.
@@ -38,51 +38,51 @@ pub enum Lobe {
 }
 
 impl RoughConductor<'_> {
-    fn share_lost(&self, wi: DVec3) -> f64 {
-        if self.energy.mean_at(1.0) < MIN_MEAN { 0.0 } else { self.energy.missing_towards(wi) }
+    fn share_lost(&self, wo: DVec3) -> f64 {
+        if self.energy.mean_at(1.0) < MIN_MEAN { 0.0 } else { self.energy.missing_towards(wo) }
     }
 
-    /// Density of the scattered particle per solid angle of `wo`, for a metal of this [`reflectance`](Self::reflectance).
-    pub fn eval(&self, wi: DVec3, wo: DVec3, reflectance: impl Fn(Lobe) -> f64) -> f64 {
-        if wi.z <= 0.0 || wo.z <= 0.0 {
+    /// Density of the scattered particle per solid angle of `wi`, for a metal of this [`reflectance`](Self::reflectance).
+    pub fn eval(&self, wo: DVec3, wi: DVec3, reflectance: impl Fn(Lobe) -> f64) -> f64 {
+        if wo.z <= 0.0 || wi.z <= 0.0 {
             return 0.0;
         }
-        let m = (wi + wo).normalize();
-        let single = ggx::d(self.alpha, m) * ggx::g2(self.alpha, wi, wo) / (4.0 * wi.z);
-        let lost = self.share_lost(wi);
+        let m = (wo + wi).normalize();
+        let single = ggx::d(self.alpha, m) * ggx::g2(self.alpha, wo, wi) / (4.0 * wo.z);
+        let lost = self.share_lost(wo);
         let multiple =
-            if lost > 0.0 { lost * self.energy.missing_towards(wo) / self.energy.mean_at(1.0) * wo.z / PI } else { 0.0 };
-        single * reflectance(Lobe::Single(wi.dot(m))) + multiple * reflectance(Lobe::Multiple)
+            if lost > 0.0 { lost * self.energy.missing_towards(wi) / self.energy.mean_at(1.0) * wi.z / PI } else { 0.0 };
+        single * reflectance(Lobe::Single(wo.dot(m))) + multiple * reflectance(Lobe::Multiple)
     }
 
-    /// Density with which [`sample`](Self::sample) takes `wo`, per solid angle.
-    pub fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
-        if wi.z <= 0.0 || wo.z <= 0.0 {
+    /// Density with which [`sample`](Self::sample) takes `wi`, per solid angle.
+    pub fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        if wo.z <= 0.0 || wi.z <= 0.0 {
             return 0.0;
         }
-        let m = (wi + wo).normalize();
-        let lost = self.share_lost(wi);
-        (1.0 - lost) * ggx::pdf_vndf(self.alpha, wi, m) / (4.0 * wi.dot(m)) + lost * wo.z / PI
+        let m = (wo + wi).normalize();
+        let lost = self.share_lost(wo);
+        (1.0 - lost) * ggx::pdf_vndf(self.alpha, wo, m) / (4.0 * wo.dot(m)) + lost * wi.z / PI
     }
 
     /// Scatters a particle, or absorbs it. `u` are three uniform numbers.
-    pub fn sample(&self, wi: DVec3, u: [f64; 3]) -> Option<ConductorSample> {
-        if wi.z <= 0.0 {
-            return None;
-        }
-        let lost = self.share_lost(wi);
-        if u[2] < lost {
-            let wo = sample_cosine([u[0], u[1]]);
-            let weight = self.energy.missing_towards(wo) / self.energy.mean_at(1.0);
-            return Some(ConductorSample { wo, weight, lobe: Lobe::Multiple });
-        }
-        let m = ggx::sample_vndf(self.alpha, wi, [u[0], u[1]]);
-        let wo = fresnel::reflect(wi, m);
+    pub fn sample(&self, wo: DVec3, u: [f64; 3]) -> Option<ConductorSample> {
         if wo.z <= 0.0 {
             return None;
         }
-        let weight = ggx::g2(self.alpha, wi, wo) / (ggx::g1(self.alpha, wi) * (1.0 - lost));
-        Some(ConductorSample { wo, weight, lobe: Lobe::Single(wi.dot(m)) })
+        let lost = self.share_lost(wo);
+        if u[2] < lost {
+            let wi = sample_cosine([u[0], u[1]]);
+            let weight = self.energy.missing_towards(wi) / self.energy.mean_at(1.0);
+            return Some(ConductorSample { wi, weight, lobe: Lobe::Multiple });
+        }
+        let m = ggx::sample_vndf(self.alpha, wo, [u[0], u[1]]);
+        let wi = fresnel::reflect(wo, m);
+        if wi.z <= 0.0 {
+            return None;
+        }
+        let weight = ggx::g2(self.alpha, wo, wi) / (ggx::g1(self.alpha, wo) * (1.0 - lost));
+        Some(ConductorSample { wi, weight, lobe: Lobe::Single(wo.dot(m)) })
     }
 
     /// The reflectance of a lobe for this metal.

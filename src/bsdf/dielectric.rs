@@ -9,7 +9,7 @@ use super::{fresnel, ggx, sample_cosine};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// A rough interface as seen from the side of `wi`.
+/// A rough interface as seen from the side of `wo`.
 #[derive(Debug, Clone, Copy)]
 pub struct RoughDielectric<'a> {
     /// GGX width.
@@ -39,28 +39,28 @@ impl RoughDielectric<'_> {
     }
 
     /// Probability of taking the lobe of lost light.
-    fn share_lost(&self, wi: DVec3) -> f64 {
-        self.energy.missing_at(wi.z, self.eta)
+    fn share_lost(&self, wo: DVec3) -> f64 {
+        self.energy.missing_at(wo.z, self.eta)
     }
 
-    /// Loss at the far or near side's cosine of `wo`, over its mean.
-    fn relative_loss(&self, lost: &Lost, wo: DVec3) -> f64 {
-        if wo.z > 0.0 {
-            self.energy.missing_at(wo.z, self.eta) / lost.mean_near
+    /// Loss at the far or near side's cosine of `wi`, over its mean.
+    fn relative_loss(&self, lost: &Lost, wi: DVec3) -> f64 {
+        if wi.z > 0.0 {
+            self.energy.missing_at(wi.z, self.eta) / lost.mean_near
         } else {
-            self.energy.missing_at(-wo.z, 1.0 / self.eta) / lost.mean_far
+            self.energy.missing_at(-wi.z, 1.0 / self.eta) / lost.mean_far
         }
     }
 
-    /// The facet that turns `wi` into `wo`, its cosines with both, and the Jacobian `d m / d wo` (Walter 2007, eqs. 13-17).
-    fn facet(&self, wi: DVec3, wo: DVec3) -> Option<(DVec3, f64)> {
-        if wo.z > 0.0 {
-            let m = (wi + wo).normalize();
-            return Some((m, 1.0 / (4.0 * wi.dot(m))));
+    /// The facet that turns `wo` into `wi`, its cosines with both, and the Jacobian `d m / d wi` (Walter 2007, eqs. 13-17).
+    fn facet(&self, wo: DVec3, wi: DVec3) -> Option<(DVec3, f64)> {
+        if wi.z > 0.0 {
+            let m = (wo + wi).normalize();
+            return Some((m, 1.0 / (4.0 * wo.dot(m))));
         }
-        let h = -(wi + wo * self.eta);
+        let h = -(wo + wi * self.eta);
         let m = if h.z > 0.0 { h } else { -h }.normalize();
-        let (ci, co) = (wi.dot(m), wo.dot(m));
+        let (ci, co) = (wo.dot(m), wi.dot(m));
         if ci <= 0.0 || co >= 0.0 {
             return None;
         }
@@ -68,64 +68,64 @@ impl RoughDielectric<'_> {
         Some((m, self.eta * self.eta * -co / (q * q)))
     }
 
-    /// Density of the scattered particle per solid angle of `wo`.
-    pub fn eval(&self, wi: DVec3, wo: DVec3) -> f64 {
-        if wi.z <= 0.0 || wo.z == 0.0 {
+    /// Density of the scattered particle per solid angle of `wi`.
+    pub fn eval(&self, wo: DVec3, wi: DVec3) -> f64 {
+        if wo.z <= 0.0 || wi.z == 0.0 {
             return 0.0;
         }
         let mut g = 0.0;
-        if let Some((m, jacobian)) = self.facet(wi, wo) {
-            let f = fresnel::dielectric(wi.dot(m), self.eta);
-            let share = if wo.z > 0.0 { f } else { 1.0 - f };
-            g += share * wi.dot(m) * ggx::d(self.alpha, m) * ggx::g2(self.alpha, wi, wo) * jacobian / wi.z;
+        if let Some((m, jacobian)) = self.facet(wo, wi) {
+            let f = fresnel::dielectric(wo.dot(m), self.eta);
+            let share = if wi.z > 0.0 { f } else { 1.0 - f };
+            g += share * wo.dot(m) * ggx::d(self.alpha, m) * ggx::g2(self.alpha, wo, wi) * jacobian / wo.z;
         }
         if let Some(lost) = self.lost() {
-            let side = if wo.z > 0.0 { 1.0 - lost.tau } else { lost.tau };
-            g += self.share_lost(wi) * side * self.relative_loss(&lost, wo) * wo.z.abs() / PI;
+            let side = if wi.z > 0.0 { 1.0 - lost.tau } else { lost.tau };
+            g += self.share_lost(wo) * side * self.relative_loss(&lost, wi) * wi.z.abs() / PI;
         }
         g
     }
 
-    /// Density with which [`sample`](Self::sample) takes `wo`, per solid angle. It integrates to 1 less the facets whose light goes under.
-    pub fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
-        if wi.z <= 0.0 || wo.z == 0.0 {
+    /// Density with which [`sample`](Self::sample) takes `wi`, per solid angle. It integrates to 1 less the facets whose light goes under.
+    pub fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        if wo.z <= 0.0 || wi.z == 0.0 {
             return 0.0;
         }
         let lost = self.lost();
-        let share_lost = if lost.is_some() { self.share_lost(wi) } else { 0.0 };
+        let share_lost = if lost.is_some() { self.share_lost(wo) } else { 0.0 };
         let mut pdf = 0.0;
-        if let Some((m, jacobian)) = self.facet(wi, wo) {
-            let f = fresnel::dielectric(wi.dot(m), self.eta);
-            let share = if wo.z > 0.0 { f } else { 1.0 - f };
-            pdf += (1.0 - share_lost) * share * ggx::pdf_vndf(self.alpha, wi, m) * jacobian;
+        if let Some((m, jacobian)) = self.facet(wo, wi) {
+            let f = fresnel::dielectric(wo.dot(m), self.eta);
+            let share = if wi.z > 0.0 { f } else { 1.0 - f };
+            pdf += (1.0 - share_lost) * share * ggx::pdf_vndf(self.alpha, wo, m) * jacobian;
         }
         if let Some(lost) = lost {
-            let side = if wo.z > 0.0 { 1.0 - lost.tau } else { lost.tau };
-            pdf += share_lost * side * wo.z.abs() / PI;
+            let side = if wi.z > 0.0 { 1.0 - lost.tau } else { lost.tau };
+            pdf += share_lost * side * wi.z.abs() / PI;
         }
         pdf
     }
 
     /// Scatters a particle: its new direction and the factor on its flux, or `None` if it is absorbed. `u` are four uniform numbers.
-    pub fn sample(&self, wi: DVec3, u: [f64; 4]) -> Option<(DVec3, f64)> {
-        if wi.z <= 0.0 {
+    pub fn sample(&self, wo: DVec3, u: [f64; 4]) -> Option<(DVec3, f64)> {
+        if wo.z <= 0.0 {
             return None;
         }
         let lost = self.lost();
-        let share_lost = if lost.is_some() { self.share_lost(wi) } else { 0.0 };
+        let share_lost = if lost.is_some() { self.share_lost(wo) } else { 0.0 };
         if let Some(lost) = lost.filter(|_| u[2] < share_lost) {
-            let mut wo = sample_cosine([u[0], u[1]]);
+            let mut wi = sample_cosine([u[0], u[1]]);
             if u[3] < lost.tau {
-                wo.z = -wo.z;
+                wi.z = -wi.z;
             }
-            return Some((wo, self.relative_loss(&lost, wo)));
+            return Some((wi, self.relative_loss(&lost, wi)));
         }
-        let m = ggx::sample_vndf(self.alpha, wi, [u[0], u[1]]);
-        let reflected = u[3] < fresnel::dielectric(wi.dot(m), self.eta);
-        let wo = if reflected { fresnel::reflect(wi, m) } else { fresnel::refract(wi, m, self.eta)? };
-        if (wo.z > 0.0) != reflected || wo.z == 0.0 {
+        let m = ggx::sample_vndf(self.alpha, wo, [u[0], u[1]]);
+        let reflected = u[3] < fresnel::dielectric(wo.dot(m), self.eta);
+        let wi = if reflected { fresnel::reflect(wo, m) } else { fresnel::refract(wo, m, self.eta)? };
+        if (wi.z > 0.0) != reflected || wi.z == 0.0 {
             return None;
         }
-        Some((wo, ggx::g2(self.alpha, wi, wo) / (ggx::g1(self.alpha, wi) * (1.0 - share_lost))))
+        Some((wi, ggx::g2(self.alpha, wo, wi) / (ggx::g1(self.alpha, wo) * (1.0 - share_lost))))
     }
 }

@@ -53,7 +53,7 @@ impl EnergyTable {
 
     /// The table of a mirror (Fresnel reflectance 1) with GGX width `alpha`.
     pub fn conductor(alpha: f64) -> Self {
-        let reflected = |j| mean_over_facets(alpha.into(), DVec2::X, j, |wi, m| reflected_share(alpha, wi, m));
+        let reflected = |j| mean_over_facets(alpha.into(), DVec2::X, j, |wo, m| reflected_share(alpha, wo, m));
         Self::with_means((0..MU_NODES).map(|j| 1.0 - reflected(j)).collect())
     }
 
@@ -63,7 +63,7 @@ impl EnergyTable {
             let x = a as f64 / (GRAIN_NODES - 1) as f64;
             let y = ((1.0 - x) * (1.0 + x)).sqrt();
             // Facets on one side of the plane of incidence are those on the other, mirrored.
-            let reflected = |y, j| mean_over_facets(width, DVec2::new(x, y), j, |wi, m| reflected_share(width, wi, m));
+            let reflected = |y, j| mean_over_facets(width, DVec2::new(x, y), j, |wo, m| reflected_share(width, wo, m));
             Self::with_means((0..MU_NODES).map(|j| 1.0 - 0.5 * (reflected(y, j) + reflected(-y, j))).collect())
         };
         let rows: Vec<Self> = (0..GRAIN_NODES).into_par_iter().map(row).collect();
@@ -146,7 +146,7 @@ fn direction(mu: f64, azimuth: DVec2) -> DVec3 {
     (azimuth * ((1.0 - mu) * (1.0 + mu)).sqrt()).extend(mu)
 }
 
-/// The mean of `f(wi, m)` over the cell of cosines around node `j`, by projected solid angle, and over the facets `m` seen from each: the
+/// The mean of `f(wo, m)` over the cell of cosines around node `j`, by projected solid angle, and over the facets `m` seen from each: the
 /// midpoint rule in one half of the sampling square, symmetric about the plane of x and z. Near the critical angle the loss has a peak narrower than
 /// a cell; its mean over the cell keeps its energy, where its value at the node would not.
 fn mean_over_facets(width: Width, azimuth: DVec2, j: usize, mut f: impl FnMut(DVec3, DVec3) -> f64) -> f64 {
@@ -155,14 +155,14 @@ fn mean_over_facets(width: Width, azimuth: DVec2, j: usize, mut f: impl FnMut(DV
         // Equal steps of mu^2 are equal projected solid angles.
         let (lo, hi) = ((j * j) as f64, ((j + 1) * (j + 1)) as f64);
         let mu = (lo + (hi - lo) * (c as f64 + 0.5) / COSINES as f64).sqrt() / MU_NODES as f64;
-        let wi = direction(mu, azimuth);
+        let wo = direction(mu, azimuth);
         // Each cosine has its own displacement of the grid, so that together they make a finer one.
         let shift = (c as f64 + 0.5) / COSINES as f64;
         for a in 0..AZIMUTHS {
             for h in 0..HEIGHTS {
                 let across = (shift * 3.0).fract();
                 let u = [0.5 * (a as f64 + across) / AZIMUTHS as f64, (h as f64 + shift) / HEIGHTS as f64];
-                sum += f(wi, ggx::sample_vndf(width, wi, u));
+                sum += f(wo, ggx::sample_vndf(width, wo, u));
             }
         }
     }
@@ -170,10 +170,10 @@ fn mean_over_facets(width: Width, azimuth: DVec2, j: usize, mut f: impl FnMut(DV
 }
 
 /// `G2 / G1` of the reflection at `m`, 0 if it goes below the surface.
-fn reflected_share(alpha: impl Into<Width>, wi: DVec3, m: DVec3) -> f64 {
+fn reflected_share(alpha: impl Into<Width>, wo: DVec3, m: DVec3) -> f64 {
     let alpha = alpha.into();
-    let wo = fresnel::reflect(wi, m);
-    if wo.z > 0.0 { ggx::g2(alpha, wi, wo) / ggx::g1(alpha, wi) } else { 0.0 }
+    let wi = fresnel::reflect(wo, m);
+    if wi.z > 0.0 { ggx::g2(alpha, wo, wi) / ggx::g1(alpha, wo) } else { 0.0 }
 }
 
 /// `1 - E`, `[eta][mu]`, of what single scattering reflects and, if `transmits`, refracts.
@@ -185,15 +185,15 @@ fn interface(alpha: f64, transmits: bool) -> Vec<f64> {
 /// The same over all eta nodes around cosine node `j`: the facets are the same for all.
 fn interface_column(alpha: f64, transmits: bool, j: usize) -> Vec<f64> {
     let mut albedo = vec![0.0; ETA_NODES];
-    mean_over_facets(alpha.into(), DVec2::X, j, |wi, m| {
-        let inv_g1 = 1.0 / ggx::g1(alpha, wi);
-        let reflected = reflected_share(alpha, wi, m);
+    mean_over_facets(alpha.into(), DVec2::X, j, |wo, m| {
+        let inv_g1 = 1.0 / ggx::g1(alpha, wo);
+        let reflected = reflected_share(alpha, wo, m);
         for (e, sum) in albedo.iter_mut().enumerate() {
             let eta = node_eta(e);
-            let f = fresnel::dielectric(wi.dot(m), eta);
+            let f = fresnel::dielectric(wo.dot(m), eta);
             *sum += f * reflected;
-            if transmits && let Some(wo) = fresnel::refract(wi, m, eta).filter(|wo| wo.z < 0.0) {
-                *sum += (1.0 - f) * ggx::g2(alpha, wi, wo) * inv_g1;
+            if transmits && let Some(wi) = fresnel::refract(wo, m, eta).filter(|wi| wi.z < 0.0) {
+                *sum += (1.0 - f) * ggx::g2(alpha, wo, wi) * inv_g1;
             }
         }
         0.0

@@ -1,6 +1,6 @@
 //! Fresnel reflectance of unpolarised light at smooth interfaces.
 
-use super::film::Stack;
+use super::thin_film::Stack;
 use glam::{DVec3, dvec3};
 
 /// Reflectance of a dielectric interface for the cosine of incidence `cos_i` in [0, 1]; `eta` is the far index over the near one. Exactly 1
@@ -19,16 +19,16 @@ pub fn cos_transmitted(cos_i: f64, eta: f64) -> Option<f64> {
     if sin2_t < 1.0 { Some((1.0 - sin2_t).sqrt()) } else { None }
 }
 
-/// The refraction of `wi` (any direction with `wi . m > 0`) at a facet with unit normal `m`, pointing away on the far side.
-pub fn refract(wi: DVec3, m: DVec3, eta: f64) -> Option<DVec3> {
-    let cos_i = wi.dot(m).min(1.0);
+/// The refraction of `wo` (any direction with `wo . m > 0`) at a facet with unit normal `m`, pointing away on the far side.
+pub fn refract(wo: DVec3, m: DVec3, eta: f64) -> Option<DVec3> {
+    let cos_i = wo.dot(m).min(1.0);
     let cos_t = cos_transmitted(cos_i, eta)?;
-    Some((m * (cos_i / eta - cos_t) - wi / eta).normalize())
+    Some((m * (cos_i / eta - cos_t) - wo / eta).normalize())
 }
 
-/// The mirror image of `wi` about the unit normal `m`.
-pub fn reflect(wi: DVec3, m: DVec3) -> DVec3 {
-    m * (2.0 * wi.dot(m)) - wi
+/// The mirror image of `wo` about the unit normal `m`.
+pub fn reflect(wo: DVec3, m: DVec3) -> DVec3 {
+    m * (2.0 * wo.dot(m)) - wo
 }
 
 /// Reflectance of a metal of index `eta + i k` relative to the surroundings, for the cosine of incidence `cos_i` in [0, 1]
@@ -109,7 +109,7 @@ fn average(f: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Refraction at the plane `z = 0` of the local frame.
-pub fn refract_flat(wi: DVec3, eta: f64) -> Option<DVec3> {
-    let cos_t = cos_transmitted(wi.z, eta)?;
-    Some(dvec3(-wi.x / eta, -wi.y / eta, -cos_t).normalize())
+pub fn refract_flat(wo: DVec3, eta: f64) -> Option<DVec3> {
+    let cos_t = cos_transmitted(wo.z, eta)?;
+    Some(dvec3(-wo.x / eta, -wo.y / eta, -cos_t).normalize())
 }

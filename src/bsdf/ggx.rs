@@ -45,25 +45,25 @@ pub fn g1(alpha: impl Into<Width>, w: DVec3) -> f64 {
 }
 
 /// Share of facets seen from both directions, for reflection and for transmission.
-pub fn g2(alpha: impl Into<Width>, wi: DVec3, wo: DVec3) -> f64 {
+pub fn g2(alpha: impl Into<Width>, wo: DVec3, wi: DVec3) -> f64 {
     let alpha = alpha.into();
-    1.0 / (1.0 + lambda(alpha, wi) + lambda(alpha, wo))
+    1.0 / (1.0 + lambda(alpha, wo) + lambda(alpha, wi))
 }
 
-/// Density of the facets that `wi` sees, per solid angle of `m` (Heitz 2014, eq. 15).
-pub fn pdf_vndf(alpha: impl Into<Width>, wi: DVec3, m: DVec3) -> f64 {
+/// Density of the facets that `wo` sees, per solid angle of `m` (Heitz 2014, eq. 15).
+pub fn pdf_vndf(alpha: impl Into<Width>, wo: DVec3, m: DVec3) -> f64 {
     let alpha = alpha.into();
-    g1(alpha, wi) * wi.dot(m).max(0.0) * d(alpha, m) / wi.z
+    g1(alpha, wo) * wo.dot(m).max(0.0) * d(alpha, m) / wo.z
 }
 
-/// A facet that `wi` sees (`wi.z > 0`), from two uniform numbers: a spherical cap in the stretched space (Dupuy & Benyoub 2023, listing 3).
-pub fn sample_vndf(alpha: impl Into<Width>, wi: DVec3, u: [f64; 2]) -> DVec3 {
+/// A facet that `wo` sees (`wo.z > 0`), from two uniform numbers: a spherical cap in the stretched space (Dupuy & Benyoub 2023, listing 3).
+pub fn sample_vndf(alpha: impl Into<Width>, wo: DVec3, u: [f64; 2]) -> DVec3 {
     let a = alpha.into();
-    let stretched = dvec3(wi.x * a.x, wi.y * a.y, wi.z).normalize();
+    let stretched = dvec3(wo.x * a.x, wo.y * a.y, wo.z).normalize();
     let phi = 2.0 * PI * u[0];
     let z = (1.0 - u[1]) * (1.0 + stretched.z) - stretched.z;
     let r = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
     let h = dvec3(r * phi.cos(), r * phi.sin(), z) + stretched;
-    // h.z vanishes only where u and wi lie both on the horizon; a facet on edge is never lit.
+    // h.z vanishes only where u and wo lie both on the horizon; a facet on edge is never lit.
     dvec3(h.x * a.x, h.y * a.y, h.z.max(1e-300)).normalize()
 }

@@ -2,19 +2,19 @@
 //!
 //! [`crate::reference`] computes with these functions; the GPU mirrors them in WGSL and takes the [`energy`] tables as they are.
 //!
-//! Local frames have `+z` along the surface normal, on the side of `wi`. `wi` is the direction a particle came from and `wo` the one it goes
+//! Local frames have `+z` along the surface normal, on the side of `wo`. `wo` is the direction a particle came from and `wi` the one it goes
 //! on to, both pointing away from the surface. Densities called `eval_*` are those of scattered particles (flux) per unit solid angle of
-//! `wo`, the cosine of `wo` included; the radiance that a camera path carries through a refraction takes a further `(n_i / n_t)^2`.
+//! `wi`, the cosine of `wi` included; the radiance that a camera path carries through a refraction takes a further `(n_i / n_t)^2`.
 
 pub mod coat;
 pub mod conductor;
 pub mod dielectric;
 pub mod energy;
-pub mod film;
 pub mod fresnel;
 pub mod ggx;
 pub mod phase;
 pub mod sheen;
+pub mod thin_film;
 
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;

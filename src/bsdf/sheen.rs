@@ -45,12 +45,12 @@ impl Sheen {
         sheen
     }
 
-    /// The published formula for a colour of 1, per solid angle of `wo`, its cosine included.
-    fn published(&self, wi: DVec3, wo: DVec3) -> f64 {
-        let m = (wi + wo).normalize();
+    /// The published formula for a colour of 1, per solid angle of `wi`, its cosine included.
+    fn published(&self, wo: DVec3, wi: DVec3) -> f64 {
+        let m = (wo + wi).normalize();
         let sine = m.x.hypot(m.y).min(1.0);
         let d = (2.0 + 1.0 / self.alpha) * sine.powf(1.0 / self.alpha) / (2.0 * PI);
-        d / (4.0 * wi.z * (1.0 + self.lambda(wi.z) + self.lambda(wo.z)))
+        d / (4.0 * wo.z * (1.0 + self.lambda(wo.z) + self.lambda(wi.z)))
     }
 
     /// Smith's auxiliary function (their eq. 3).
@@ -62,7 +62,7 @@ impl Sheen {
 
     /// `E`, by the midpoint rule.
     fn integrate(&self, mu: f64) -> f64 {
-        let wi = DVec3::new(((1.0 - mu) * (1.0 + mu)).sqrt(), 0.0, mu);
+        let wo = DVec3::new(((1.0 - mu) * (1.0 + mu)).sqrt(), 0.0, mu);
         let mut sum = 0.0;
         for i in 0..STEPS {
             // The cosine is x^2, so that steps are fine where the shadows end.
@@ -71,7 +71,7 @@ impl Sheen {
             let r = ((1.0 - z) * (1.0 + z)).sqrt();
             for k in 0..STEPS {
                 let phi = PI * (k as f64 + 0.5) / STEPS as f64;
-                sum += 2.0 * x * self.published(wi, DVec3::new(r * phi.cos(), r * phi.sin(), z));
+                sum += 2.0 * x * self.published(wo, DVec3::new(r * phi.cos(), r * phi.sin(), z));
             }
         }
         sum * 2.0 * PI / (STEPS * STEPS) as f64
@@ -84,12 +84,12 @@ impl Sheen {
         self.albedo[j] + (self.albedo[j + 1] - self.albedo[j]) * (x - j as f64)
     }
 
-    /// Density of what it scatters for a colour of 1, per solid angle of `wo`.
-    pub fn eval(&self, wi: DVec3, wo: DVec3) -> f64 {
-        if wi.z <= 0.0 || wo.z <= 0.0 {
+    /// Density of what it scatters for a colour of 1, per solid angle of `wi`.
+    pub fn eval(&self, wo: DVec3, wi: DVec3) -> f64 {
+        if wo.z <= 0.0 || wi.z <= 0.0 {
             return 0.0;
         }
-        self.published(wi, wo) / self.albedo(wi.z).max(self.albedo(wo.z)).max(1.0)
+        self.published(wo, wi) / self.albedo(wo.z).max(self.albedo(wi.z)).max(1.0)
     }
 
     /// `T(mu)`.

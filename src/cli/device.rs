@@ -57,10 +57,10 @@ pub struct Device {
 /// A field of [`Techniques`].
 #[derive(clap::ValueEnum, Clone, Copy, PartialEq, Eq)]
 pub enum Technique {
-    ChanceHits,
-    LightSamples,
+    BsdfSampling,
+    NextEventEstimation,
     LightPaths,
-    Gathering,
+    Merging,
     Guiding,
     AdaptiveSampling,
 }
@@ -92,10 +92,10 @@ impl From<&TechniqueArgs> for Techniques {
     fn from(args: &TechniqueArgs) -> Self {
         let has = |t: Technique| !args.without.contains(&t);
         Self {
-            chance_hits: has(Technique::ChanceHits),
-            light_samples: has(Technique::LightSamples),
+            bsdf_sampling: has(Technique::BsdfSampling),
+            next_event_estimation: has(Technique::NextEventEstimation),
             light_paths: has(Technique::LightPaths),
-            gathering: has(Technique::Gathering),
+            merging: has(Technique::Merging),
             guiding: has(Technique::Guiding),
             adaptive_sampling: has(Technique::AdaptiveSampling),
         }

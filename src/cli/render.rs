@@ -8,7 +8,7 @@ use crate::color::cie::{is_visible, lacks_for_colour};
 use crate::develop::picture::{AUTO_SHARE, Development, auto_exposure};
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::film::first_hits::albedos;
+use crate::film::aov::albedos;
 use crate::memory;
 use crate::output::exr::Aovs;
 use crate::output::picture::Precision;
@@ -78,7 +78,7 @@ enum Aov {
 }
 
 /// Samples of a pixel for depth, normal and albedo.
-const FIRST_HIT_SAMPLES: u32 = 16;
+const AOV_SAMPLES: u32 = 16;
 
 /// When to stop.
 #[derive(clap::Args, Clone, Copy)]
@@ -124,9 +124,8 @@ pub fn run(args: &Args) -> Outcome {
     // What rendering takes is known by now, and what it has found is not to be lost.
     memory::limit(None);
     // Before the work too: what fails here fails at once.
-    let wants_first_hits = args.aov.iter().any(|aov| *aov != Aov::Error);
-    let first_hits =
-        wants_first_hits.then(|| device.integrator.first_hits(&albedos(&scene), 0, FIRST_HIT_SAMPLES)).transpose()?;
+    let wants_aovs = args.aov.iter().any(|aov| *aov != Aov::Error);
+    let aovs = wants_aovs.then(|| device.integrator.aovs(&albedos(&scene), 0, AOV_SAMPLES)).transpose()?;
 
     interrupt::heed();
     let bar = Bar::new(args.quiet);
@@ -162,12 +161,12 @@ pub fn run(args: &Args) -> Outcome {
             exposure: Some(exposure),
             irradiance,
         };
-        let first_hits_for = |aov| first_hits.as_ref().filter(|_| args.aov.contains(&aov));
+        let aovs_for = |aov| aovs.as_ref().filter(|_| args.aov.contains(&aov));
         let aovs = Aovs {
             errors: args.aov.contains(&Aov::Error),
-            depth: first_hits_for(Aov::Depth),
-            normal: first_hits_for(Aov::Normal),
-            albedo: first_hits_for(Aov::Albedo),
+            depth: aovs_for(Aov::Depth),
+            normal: aovs_for(Aov::Normal),
+            albedo: aovs_for(Aov::Albedo),
         };
         write_exr(&exr, &film, &origin, aovs)?;
         let development = Development { exposure, ..Development::default() };

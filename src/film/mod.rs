@@ -16,8 +16,8 @@
 //! Memory: `12 (bins + 3) + 12` bytes per pixel, 288 for 20 bins. Deviations are kept in single precision: sums of squares, which cannot
 //! cancel, of as many terms as there are batches.
 
+pub mod aov;
 mod errors;
-pub mod first_hits;
 mod whole;
 
 pub use errors::Errors;

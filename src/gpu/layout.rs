@@ -207,8 +207,8 @@ shared_records! {
         filter_reach: f32,
         /// Longer than any way through the scene, m.
         scene_diameter: f32,
-        /// Camera paths longer than this are gathered with the radius of this length, m.
-        gather_reach: f32,
+        /// Camera paths longer than this are merged with the radius of this length, m.
+        merge_reach: f32,
         /// Probability that a light path reports, over its share in the integral of squared use.
         guide_share: f32,
         /// Room for reports.

@@ -9,7 +9,7 @@ use std::fmt;
 const RANGE: (f64, f64) = (0.125, 8.0);
 /// Work of a light path's ray, in rays of camera paths: splats, and the search for visible points (lavapipe; measured on the comparison scenes).
 const RAY: f64 = 2.0;
-const GATHERED_RAY: f64 = 2.5;
+const MERGING_RAY: f64 = 2.5;
 
 /// Light paths for each camera path, and why.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,8 +35,8 @@ pub struct Probe {
 
 impl Budget {
     /// The best split.
-    pub fn from_probe(probe: Probe, gathers: bool) -> Self {
-        let cost = if gathers { GATHERED_RAY } else { RAY } * probe.light_rays / probe.camera_rays.max(1e-9);
+    pub fn from_probe(probe: Probe, merges: bool) -> Self {
+        let cost = if merges { MERGING_RAY } else { RAY } * probe.light_rays / probe.camera_rays.max(1e-9);
         let ratio = probe.light_variance / probe.camera_variance.max(1e-30) / cost.max(1e-9);
         Self { light_paths: ratio.sqrt().clamp(RANGE.0, RANGE.1), probe: Some(probe) }
     }

@@ -101,7 +101,7 @@ features! {
         n.has(Feature::Dielectric) || n.has(Feature::ThinDielectric) || n.has(Feature::Conductor) || n.has(Feature::Coat)
     };
     /// Interference in films.
-    ThinFilm "FILM" in Materials as "thin films" if |n| n.used.iter().any(|m| n.scene.films.contains_key(m));
+    ThinFilm "THIN_FILM" in Materials as "thin films" if |n| n.used.iter().any(|m| n.scene.thin_films.contains_key(m));
     /// Roughness from pictures.
     Graded "GRADED" in Materials as "roughness that varies" if |n| n.material(|m| matches!(m, Material::Graded { .. }));
     /// Mixtures of two materials.
@@ -182,43 +182,43 @@ features! {
     /// The Gaussian.
     FilterGaussian "FILTER_GAUSSIAN" if |n| matches!(n.scene.film.filter, Filter::Gaussian { .. });
     /// More bins than a path has wavelengths.
-    ManyBins "MANY_BINS" if |n| super::Wavelengths::lanes(n.scene.film.bins.count) != n.scene.film.bins.count;
+    ManyBins "MANY_BINS" if |n| super::Wavelengths::per_path(n.scene.film.bins.count) != n.scene.film.bins.count;
     /// Emitters count where paths sampled by the BSDF meet them.
-    Chance "CHANCE" if |n| n.techniques.chance_hits;
+    BsdfSampling "BSDF_SAMPLING" if |n| n.techniques.bsdf_sampling;
     /// Next-event estimation.
-    LightSamples "LIGHT_SAMPLES" if |n| n.has(Feature::LightsPresent) && n.techniques.light_samples;
+    NextEventEstimation "NEXT_EVENT_ESTIMATION" if |n| n.has(Feature::LightsPresent) && n.techniques.next_event_estimation;
     /// Lights are chosen by a grid over the scene.
-    LightGrid "LIGHT_GRID" in Lights as "chosen by a grid" if |n| n.techniques.light_samples && light_grid_pays(n.scene);
+    LightGrid "LIGHT_GRID" in Lights as "chosen by a grid" if |n| n.techniques.next_event_estimation && light_grid_pays(n.scene);
     /// Light paths are connected to the sensor.
-    Joined "JOINED" if |n| n.has_caustics() && n.techniques.light_paths;
-    /// Light paths are gathered at what camera paths see through metal and glass.
-    Gathered "GATHERED" if |n| {
-        let gathers = n.has(Feature::Diffuse) || n.has(Feature::Scattering);
-        n.has_caustics() && n.techniques.gathering && n.has(Feature::SensorCamera) && n.has(Feature::Fresnel) && gathers
+    LightTracing "LIGHT_TRACING" if |n| n.has_caustics() && n.techniques.light_paths;
+    /// Light paths are merged at what camera paths see through metal and glass.
+    Merging "MERGING" if |n| {
+        let merges = n.has(Feature::Diffuse) || n.has(Feature::Scattering);
+        n.has_caustics() && n.techniques.merging && n.has(Feature::SensorCamera) && n.has(Feature::Fresnel) && merges
     };
     /// There are light paths.
-    Caustics "CAUSTICS" if |n| n.has(Feature::Joined) || n.has(Feature::Gathered);
+    Caustics "CAUSTICS" if |n| n.has(Feature::LightTracing) || n.has(Feature::Merging);
     /// Light paths are sent to where they are of use.
     Guided "GUIDED" if |n| n.has(Feature::Caustics) && n.techniques.guiding;
     /// Light paths are seen where they cross an irradiance sensor.
-    Crossings "CROSSINGS" if |n| n.has(Feature::Joined) && !n.has(Feature::SensorCamera);
+    Crossings "CROSSINGS" if |n| n.has(Feature::LightTracing) && !n.has(Feature::SensorCamera);
     /// The kernel traces paths from the sensor.
     CameraPaths "CAMERA_PATHS" if |n| n.pass == Pass::Camera;
     /// The kernel traces paths from lights.
     LightPaths "LIGHT_PATHS" if |n| n.pass == Pass::Light;
     /// An irradiance sensor looks for lights itself. (Light paths cross it.)
-    LitSensor "LIT_SENSOR" if |n| n.has(Feature::LightSamples) && !n.has(Feature::SensorCamera) && n.pass == Pass::Camera;
+    LitSensor "LIT_SENSOR" if |n| n.has(Feature::NextEventEstimation) && !n.has(Feature::SensorCamera) && n.pass == Pass::Camera;
     /// Vertices are connected: of camera paths to a light, of light paths to the sensor.
     Connect "CONNECT" in Lights as "sampled directly" if |n| match n.pass {
-        Pass::Light => n.has(Feature::Joined) && n.scatters() && n.has(Feature::SensorCamera),
-        Pass::Camera | Pass::FirstHits => n.has(Feature::LightSamples) && (n.scatters() || !n.has(Feature::SensorCamera)),
+        Pass::Light => n.has(Feature::LightTracing) && n.scatters() && n.has(Feature::SensorCamera),
+        Pass::Camera | Pass::Aov => n.has(Feature::NextEventEstimation) && (n.scatters() || !n.has(Feature::SensorCamera)),
     };
     /// A path chooses one of its wavelengths by what it carries.
-    LaneChoice "LANE_CHOICE" if |n| {
+    WavelengthChoice "WAVELENGTH_CHOICE" if |n| {
         n.has(Feature::Scattering) || n.has(Feature::RoughDielectric) || (n.pass == Pass::Light && n.has(Feature::Dispersion))
     };
-    /// Light paths are gathered on surfaces.
-    GathersPaint "GATHERS_PAINT" if |n| n.pass == Pass::Light && n.has(Feature::Gathered) && n.has(Feature::Diffuse);
+    /// Light paths are merged on surfaces.
+    MergesAtSurfaces "MERGES_AT_SURFACES" if |n| n.pass == Pass::Light && n.has(Feature::Merging) && n.has(Feature::Diffuse);
     /// Flux is corrected where shading normals differ from geometric ones.
     AdjointNormals "ADJOINT_NORMALS" if |n| n.pass == Pass::Light && (n.has(Feature::SmoothNormals) || n.has(Feature::NormalMaps));
     /// The kernel counts what it does, which takes time of its own.
@@ -258,7 +258,7 @@ impl Features {
 pub(super) enum Pass {
     Camera,
     Light,
-    FirstHits,
+    Aov,
 }
 
 /// What decides the features of a pass.

@@ -3,16 +3,16 @@
 use super::adaptive::Adaptive;
 use super::budget::Budget;
 use super::dispatch::{Job, Pass, least_groups};
-use super::gather::{self, Gather};
 use super::guide::Guide;
+use super::merge::{self, Merge};
 use super::params::params;
 use super::probe::probed;
 use super::sample_counts::{ROUND, SampleCounts, Window, splitmix};
 use super::tile_sums::Parts;
-use super::{Feature, Features, Plan, Techniques, Wavelengths, first_hits};
+use super::{Feature, Features, Plan, Techniques, Wavelengths, aov};
 use crate::color::cie::K_M;
 use crate::error::Result;
-use crate::film::first_hits::{Albedo, FirstHits};
+use crate::film::aov::{Albedo, AovBuffers};
 use crate::film::{Film, Tile};
 use crate::gpu::layout::{COUNTERS, Params, PassHead, WorkItem, XYZ_RATIO, texels};
 use crate::gpu::scene::GpuScene;
@@ -63,7 +63,7 @@ pub struct GpuIntegrator {
     /// Sums of the tile at hand, cleared whenever they are read.
     film: Resource,
     splats: Option<Resource>,
-    gather: Option<Gather>,
+    merge: Option<Merge>,
     pub(super) guide: Option<Guide>,
     budget: Option<Budget>,
     is_probed: bool,
@@ -122,14 +122,14 @@ impl GpuIntegrator {
             scene,
             bounds_of_all(&scene.shapes),
             &gpu_scene,
-            gather::reach(scene),
-            texels::<PassHead>() + gpu_scene.rows.len() as u32 * plan.lanes.div_ceil(4),
+            merge::reach(scene),
+            texels::<PassHead>() + gpu_scene.rows.len() as u32 * plan.wavelengths.div_ceil(4),
         )?;
         let largest = |p: &Params| tiles(&gpu, &plan, p.image_width, p.image_height)[0];
         let blocks = [params, probed(&params)].iter().map(|p| blocks(largest(p))).max().unwrap_or(1);
         let passes = (EVENTS_OF_INVOCATION / scene.max_depth.max(1)).clamp(1, PASSES_PER_DISPATCH);
-        let gather = if plan.has(Feature::Gathered) { Some(Gather::new(&gpu, &plan, scene, blocks, passes)?) } else { None };
-        (params.heads, params.points) = gather.as_ref().map_or((0, 0), |g| (g.cells, g.slots));
+        let merge = if plan.has(Feature::Merging) { Some(Merge::new(&gpu, &plan, scene, blocks, passes)?) } else { None };
+        (params.heads, params.points) = merge.as_ref().map_or((0, 0), |g| (g.cells, g.slots));
         let constants = plan.constants() + &gpu_scene.constants;
         let limit = gpu.device.limits().max_compute_workgroups_per_dimension;
         let pass = |roots: &[&str], features: Features, limit: u32, first_time: usize| -> Result<Pass> {
@@ -137,7 +137,7 @@ impl GpuIntegrator {
                 roots.iter().map(|root| Kernel::new(&gpu, root, &constants, &features.switches())).collect::<Result<_>>()?;
             Ok(Pass { kernels, limit, first_time, groups: 16 })
         };
-        let texels = 64 * u64::from(plan.lanes.div_ceil(4));
+        let texels = 64 * u64::from(plan.wavelengths.div_ceil(4));
         let sample_bytes = if gpu.info.is_cpu() { SAMPLE_BYTES } else { SAMPLE_BYTES_GPU };
         let sample_places = (sample_bytes.min(gpu.max_binding()) / (16 * texels)) as u32;
         let samples = gpu.empty_table("samples", u64::from(sample_places) * texels)?;
@@ -169,7 +169,7 @@ impl GpuIntegrator {
             adaptive,
             film,
             splats,
-            gather,
+            merge,
             guide,
             budget: None,
             is_probed: false,
@@ -214,7 +214,7 @@ impl GpuIntegrator {
     }
 
     /// Pass `pass` (of all batches) as a point in the unit square, by radical inverses of base 2 and 3 (Halton 1960), shifted by the seed (Cranley &
-    /// Patterson 1976): offset of its wavelengths, and place of the lanes that camera paths may keep. One sequence for all batches, since it takes
+    /// Patterson 1976): offset of its wavelengths, and place of the wavelengths that camera paths may keep. One sequence for all batches, since it takes
     /// tens of passes until every wavelength had its turn; what batches differ by overstates the error for it.
     fn offsets(&self, pass: u64) -> (f64, f64) {
         let shift = |dimension: u64| {
@@ -230,29 +230,29 @@ impl GpuIntegrator {
             }
             sum
         };
-        // Samples in a row go through the lanes of one place.
-        ((inverse(2, pass) + shift(0)).fract(), (inverse(3, pass / u64::from(self.parting_lanes())) + shift(1)).fract())
+        // Samples in a row go through the wavelengths of one place.
+        ((inverse(2, pass) + shift(0)).fract(), (inverse(3, pass / u64::from(self.collapse_wavelengths())) + shift(1)).fract())
     }
 
-    /// Different lanes that camera paths of a pass may keep. Where they are gathered one for all, so that all photons meet points of their wavelength.
-    fn parting_lanes(&self) -> u32 {
-        if self.gather.is_some() { 1 } else { 4 }
+    /// Different wavelengths that camera paths of a pass may keep. Where they are merged one for all, so that all photons meet points of their wavelength.
+    fn collapse_wavelengths(&self) -> u32 {
+        if self.merge.is_some() { 1 } else { 4 }
     }
 
-    /// Spectra of `count` passes from `first` as the shaders read them, and the bin of each lane.
+    /// Spectra of `count` passes from `first` as the shaders read them, and the bin of each wavelength.
     fn spectra(&self, first: u64, count: u32) -> (Vec<Vec4>, Vec<u32>) {
-        let lanes = self.plan.lanes as usize;
+        let wavelengths = self.plan.wavelengths as usize;
         let cmf = observer(Observer::Cie1931);
         let mut table = Vec::new();
-        let mut lane_bins = Vec::new();
+        let mut wavelength_bins = Vec::new();
         for number in first..first + u64::from(count) {
-            let (offset, parting) = self.offsets(number);
+            let (offset, collapse) = self.offsets(number);
             let sampled = self.wavelengths.pass(offset);
-            lane_bins.extend(sampled.iter().map(|(nm, _)| self.bins.index_of(*nm)));
-            let kept = self.wavelengths.parting_lanes(self.parting_lanes(), parting);
-            let (radius, per_metre) = self.gather.as_ref().map_or((0.0, 0.0), |g| g.radius(number, self.params.image_height));
+            wavelength_bins.extend(sampled.iter().map(|(nm, _)| self.bins.index_of(*nm)));
+            let kept = self.wavelengths.collapse_wavelengths(self.collapse_wavelengths(), collapse);
+            let (radius, per_metre) = self.merge.as_ref().map_or((0.0, 0.0), |g| g.radius(number, self.params.image_height));
             let head = PassHead {
-                collapse: UVec4::from_array(kept.map(|(lane, _)| lane)),
+                collapse: UVec4::from_array(kept.map(|(wavelength, _)| wavelength)),
                 collapse_weights: Vec4::from_array(kept.map(|(_, weight)| weight as f32)),
                 merge_radius: radius as f32,
                 merge_radius_per_metre: per_metre as f32,
@@ -261,7 +261,7 @@ impl GpuIntegrator {
             table.extend_from_slice(cast_slice(&[head]));
             let of_film: Vec<[f64; 5]> = sampled
                 .iter()
-                .zip(self.wavelengths.parting_shares())
+                .zip(self.wavelengths.collapse_probabilities())
                 .map(|((nm, pdf), share)| {
                     let [x, y, z] = cmf.eval(*nm).map(|v| K_M * v / pdf);
                     [1.0 / (pdf * self.bins.width_nm()), x, y, z, share]
@@ -270,11 +270,11 @@ impl GpuIntegrator {
             for row in &self.scene.rows {
                 let mut values: Vec<f32> =
                     sampled.iter().zip(&of_film).map(|((nm, _), film)| row.eval(*nm, film) as f32).collect();
-                values.resize(lanes.next_multiple_of(4), row.padding());
+                values.resize(wavelengths.next_multiple_of(4), row.padding());
                 table.extend(values.chunks_exact(4).map(Vec4::from_slice));
             }
         }
-        (table, lane_bins)
+        (table, wavelength_bins)
     }
 
     /// Traces passes over one tile, at these rates of its blocks.
@@ -296,9 +296,9 @@ impl GpuIntegrator {
             let count = window.passes;
             let groups = window.groups((window.samples / least_groups).min(self.most_samples));
             let work = self.gpu.table("work items", &[cast_slice::<_, u32>(&window.items), cast_slice(&groups)].concat())?;
-            let (table, lane_bins) = self.spectra(passes.number + u64::from(first), count);
+            let (table, wavelength_bins) = self.spectra(passes.number + u64::from(first), count);
             let spectra = self.gpu.table("spectra", &table)?;
-            let lane_bins = self.gpu.storage("wavelength bins", &lane_bins)?;
+            let wavelength_bins = self.gpu.storage("wavelength bins", &wavelength_bins)?;
             let mut resources: Vec<(&str, &Resource)> = self.scene.resources.iter().map(|(n, b)| (*n, b)).collect();
             resources.extend([
                 ("params", &self.uniforms),
@@ -307,13 +307,13 @@ impl GpuIntegrator {
                 ("samples", &self.samples),
                 ("work", &work),
             ]);
-            resources.extend([("spectra", &spectra), ("lane_bins", &lane_bins)]);
+            resources.extend([("spectra", &spectra), ("wavelength_bins", &wavelength_bins)]);
             resources.extend(self.splats.iter().map(|s| ("splats", s)));
             resources.extend(guide.iter().map(|g| ("guide", g)));
             resources.extend(self.guide.iter().map(|g| ("uses", &g.uses)));
-            if let Some(gather) = &self.gather {
-                self.gpu.clear(&gather.heads);
-                resources.extend([("points", &gather.points), ("heads", &gather.heads)]);
+            if let Some(merge) = &self.merge {
+                self.gpu.clear(&merge.heads);
+                resources.extend([("points", &merge.points), ("heads", &merge.heads)]);
             }
             let params = Params {
                 tile_x: tile.x,
@@ -380,8 +380,8 @@ impl GpuIntegrator {
     /// The passes in windows whose samples and visible points fit, each with the first of it; how many samples blocks have is a whole number over a
     /// round of passes, and of every block at least one.
     fn windows(&self, passes: Passes, rates: &[f64]) -> Vec<(u32, Window)> {
-        let most = self.gather.as_ref().map_or(self.passes, |g| g.passes);
-        let fits = |window: &Window| self.gather.as_ref().is_none_or(|g| 64 * window.samples <= g.slots);
+        let most = self.merge.as_ref().map_or(self.passes, |g| g.passes);
+        let fits = |window: &Window| self.merge.as_ref().is_none_or(|g| 64 * window.samples <= g.slots);
         let mut windows = Vec::new();
         let mut counts = SampleCounts::new(rates.len());
         for first in (0..passes.count).step_by(ROUND as usize) {
@@ -472,18 +472,18 @@ impl GpuIntegrator {
         Ok(stats)
     }
 
-    /// [`Renderer::first_hits`], unguarded.
-    fn hits(&self, albedos: &[Albedo], index: u32, samples: u32) -> Result<FirstHits> {
+    /// [`Renderer::aovs`], unguarded.
+    fn hits(&self, albedos: &[Albedo], index: u32, samples: u32) -> Result<AovBuffers> {
         let (gpu, plan) = (&self.gpu, &self.plan);
         let constants = plan.constants() + &self.scene.constants;
-        let kernel = Kernel::new(gpu, "first_hits.wgsl", &constants, &plan.first_hits.switches())?;
+        let kernel = Kernel::new(gpu, "aov.wgsl", &constants, &plan.aovs.switches())?;
         let pass = Pass { kernels: vec![kernel], limit: self.camera.limit, first_time: 0, groups: 16.min(self.camera.limit) };
-        let albedos = gpu.table("albedos", &first_hits::table(albedos))?;
+        let albedos = gpu.table("albedos", &aov::table(albedos))?;
         let mut resources: Vec<(&str, &Resource)> = self.scene.resources.iter().map(|(n, b)| (*n, b)).collect();
         resources.push(("albedos", &albedos));
         let params = Params { samples, batch: index, seed: self.seed, ..self.params };
         let tiles = tiles(gpu, plan, params.image_width, params.image_height);
-        first_hits::run((gpu, &self.halt), pass, &tiles, &resources, (&self.uniforms, &self.counters), params)
+        aov::run((gpu, &self.halt), pass, &tiles, &resources, (&self.uniforms, &self.counters), params)
     }
 }
 
@@ -506,7 +506,7 @@ impl Renderer for GpuIntegrator {
         }
     }
 
-    fn first_hits(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<FirstHits> {
+    fn aovs(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<AovBuffers> {
         self.gpu.faults.guard(|| self.hits(albedos, index, samples))
     }
 }
@@ -528,7 +528,7 @@ fn blocks(tile: Tile) -> u32 {
 
 /// Tiles whose film (or splats, twice as large) and visible points of one pass fit an adapter's binding, in whole 8 x 8 blocks; the largest first.
 fn tiles(gpu: &Gpu, plan: &Plan, width: u32, height: u32) -> Vec<Tile> {
-    let point = if plan.has(Feature::Gathered) { gather::point_bytes(plan) } else { 0 };
+    let point = if plan.has(Feature::Merging) { merge::point_bytes(plan) } else { 0 };
     let pixels = gpu.max_binding() / (8 * u64::from(plan.bins + 3)).max(point);
     let columns = if u64::from(width) * 8 > pixels { (pixels / 64 * 8) as u32 } else { width };
     let rows = (pixels / u64::from(columns.next_multiple_of(8)) / 8 * 8).clamp(8, 1 << 20) as u32;

@@ -1,13 +1,13 @@
 //! From a scene to radiance on the film: the plan, the wavelengths of each pass, and the passes.
 
 mod adaptive;
+mod aov;
 mod budget;
 mod dispatch;
 mod features;
-mod first_hits;
-mod gather;
 mod gpu_integrator;
 mod guide;
+mod merge;
 mod params;
 mod plan;
 mod probe;

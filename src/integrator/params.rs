@@ -14,7 +14,7 @@ pub(super) fn params(
     scene: &Scene,
     bounds: Bounds,
     uploaded: &GpuScene,
-    gather_reach: f32,
+    merge_reach: f32,
     spectra_stride: u32,
 ) -> Result<Params> {
     let (film, origin, power) = (&scene.film, uploaded.origin, uploaded.power);
@@ -70,7 +70,7 @@ pub(super) fn params(
     };
     let scene_radius = 0.5 * (bounds.max - bounds.min).length();
     p.scene_diameter = (2.0 * scene_radius) as f32;
-    p.gather_reach = gather_reach;
+    p.merge_reach = merge_reach;
     // A quantum is 2^-24 of what a typical light path adds to a pixel that sees it from across the scene.
     let pixel_measure = match scene.sensor {
         Sensor::Perspective { tan_half_vfov, .. } => (2.0 * tan_half_vfov / f64::from(film.height) * scene_radius).powi(2) * PI,

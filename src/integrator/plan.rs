@@ -8,13 +8,13 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Techniques {
     /// Camera paths that meet a light by themselves.
-    pub chance_hits: bool,
-    /// Camera paths that are joined to a light wherever they scatter (next-event estimation).
-    pub light_samples: bool,
-    /// Light paths that are joined to the sensor wherever they scatter.
+    pub bsdf_sampling: bool,
+    /// Camera paths that are connected to a light wherever they scatter (next-event estimation).
+    pub next_event_estimation: bool,
+    /// Light paths that are connected to the sensor wherever they scatter.
     pub light_paths: bool,
-    /// Light paths that are gathered where camera paths arrive by way of metal or glass.
-    pub gathering: bool,
+    /// Light paths that are merged where camera paths arrive by way of metal or glass.
+    pub merging: bool,
     /// Light paths are sent to where they are of use.
     pub guiding: bool,
     /// Camera paths are sent to where errors are large.
@@ -24,10 +24,10 @@ pub struct Techniques {
 impl Default for Techniques {
     fn default() -> Self {
         Self {
-            chance_hits: true,
-            light_samples: true,
+            bsdf_sampling: true,
+            next_event_estimation: true,
             light_paths: true,
-            gathering: true,
+            merging: true,
             guiding: true,
             adaptive_sampling: true,
         }
@@ -41,10 +41,10 @@ pub struct Plan {
     pub camera: Features,
     /// Likewise for the light pass, if the scene has one: something bends light (or fog is lit by a spot or beam), and something scatters it to the sensor.
     pub light: Option<Features>,
-    /// Likewise for the pass of first hits, which follows no paths.
-    pub first_hits: Features,
+    /// Likewise for the pass of AOVs, which follows no paths.
+    pub aovs: Features,
     /// Wavelengths that a path carries.
-    pub lanes: u32,
+    pub wavelengths: u32,
     /// Wavelength bins of the film.
     pub bins: u32,
     /// Bytes of all pictures on surfaces.
@@ -63,8 +63,8 @@ impl Plan {
         Plan {
             camera,
             light: camera.has(Feature::Caustics).then(|| needs.of(Pass::Light)),
-            first_hits: needs.of(Pass::FirstHits),
-            lanes: super::Wavelengths::lanes(scene.film.bins.count),
+            aovs: needs.of(Pass::Aov),
+            wavelengths: super::Wavelengths::per_path(scene.film.bins.count),
             bins: scene.film.bins.count,
             texture_bytes: crate::scene::texture::bytes(scene),
             techniques,
@@ -115,10 +115,10 @@ impl Plan {
         use crate::bsdf::sheen::NODES as SHEEN_NODES;
         use crate::scene::roughness::STEPS;
         format!(
-            "const GUIDE_AXES = {AXES}u;\nconst GUIDE_BLOCKS = {BLOCKS}u;\nconst GUIDE_ROOT = {ROOT}u;\nconst LANES = {}u;\nconst LANES4 = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\nconst ENERGY_GRAIN = {GRAIN_NODES}u;\nconst ENERGY_SHEEN = {SHEEN_NODES}u;\n\
+            "const GUIDE_AXES = {AXES}u;\nconst GUIDE_BLOCKS = {BLOCKS}u;\nconst GUIDE_ROOT = {ROOT}u;\nconst WAVELENGTHS = {}u;\nconst WAVELENGTHS4 = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\nconst ENERGY_GRAIN = {GRAIN_NODES}u;\nconst ENERGY_SHEEN = {SHEEN_NODES}u;\n\
              const ENERGY_ETA_MAX = {ETA_MAX:?};\nconst ENERGY_MIN_MEAN = {MIN_MEAN:?};\nconst ROUGHNESS_STEPS = {STEPS}u;\n",
-            self.lanes,
-            self.lanes.div_ceil(4),
+            self.wavelengths,
+            self.wavelengths.div_ceil(4),
             self.bins
         )
     }
@@ -136,21 +136,24 @@ fn blind_spots(scene: &Scene, features: Features) -> Vec<String> {
     let bends = has(Feature::Fresnel);
     let camera = has(Feature::SensorCamera);
     missing(
-        has(Feature::LightsPresent) && !has(Feature::Chance),
-        "lamps seen straight or through metal and glass: chance hits are switched off",
+        has(Feature::LightsPresent) && !has(Feature::BsdfSampling),
+        "lamps seen straight or through metal and glass: BSDF-sampled emitter hits are switched off",
     );
     for kind in scene.lights.iter().filter(|light| light.is_delta()).map(Light::name) {
-        missing(!has(Feature::LightSamples), &format!("{kind}s on what scatters them: light samples are switched off"));
         missing(
-            bends && !has(Feature::Joined),
+            !has(Feature::NextEventEstimation),
+            &format!("{kind}s on what scatters them: next-event estimation is switched off"),
+        );
+        missing(
+            bends && !has(Feature::LightTracing),
             &format!(
                 "caustics of {kind}s on what is seen directly: a path cannot hit a light of no size, and light paths are switched off"
             ),
         );
         missing(
-            bends && camera && !has(Feature::Gathered),
+            bends && camera && !has(Feature::Merging),
             &format!(
-                "caustics of {kind}s seen through glass or in mirrors: a path cannot hit a light of no size, and nothing is gathered"
+                "caustics of {kind}s seen through glass or in mirrors: a path cannot hit a light of no size, and nothing is merged"
             ),
         );
     }
@@ -159,11 +162,11 @@ fn blind_spots(scene: &Scene, features: Features) -> Vec<String> {
 
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "plan: camera paths of {} wavelengths into {} bins", self.lanes, self.bins)?;
+        writeln!(f, "plan: camera paths of {} wavelengths into {} bins", self.wavelengths, self.bins)?;
         if self.light.is_some() {
             let ways = [
-                (Feature::Joined, "joined to the sensor"),
-                (Feature::Gathered, "gathered where metal and glass are looked into"),
+                (Feature::LightTracing, "connected to the sensor"),
+                (Feature::Merging, "merged where metal and glass are looked into"),
             ];
             let ways: Vec<_> = ways.iter().filter(|(feature, _)| self.has(*feature)).map(|(_, text)| *text).collect();
             writeln!(f, "  caustics: light paths, {}", ways.join(" and "))?;

@@ -31,7 +31,7 @@ impl GpuIntegrator {
         // Light paths are traced for every tile.
         probe.light_rays *= self.tile_count() as f64;
         if self.budget().is_none() {
-            self.set_budget(Budget::from_probe(probe, self.plan.has(super::Feature::Gathered)));
+            self.set_budget(Budget::from_probe(probe, self.plan.has(super::Feature::Merging)));
         }
         Ok(())
     }

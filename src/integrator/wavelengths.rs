@@ -11,8 +11,8 @@ use crate::spectrum::library::{Observer, observer};
 #[derive(Debug, Clone)]
 pub struct Wavelengths {
     strata: Vec<Stratum>,
-    /// Probability up to each lane of keeping it where wavelengths part: the mean of uniform, of emission's, and of its luminance's.
-    parting: Vec<f64>,
+    /// Probability up to each wavelength of keeping it where wavelengths part: the mean of uniform, of emission's, and of its luminance's.
+    collapse_cdf: Vec<f64>,
     sampling: WavelengthSampling,
 }
 
@@ -58,14 +58,14 @@ impl Wavelengths {
     /// Strata of the scene's film.
     pub fn new(scene: &Scene) -> Self {
         let bins = &scene.film.bins;
-        let count = Self::lanes(bins.count);
+        let count = Self::per_path(bins.count);
         let emission = emission(scene);
         let edge = |i: u32| Bins { count, ..*bins }.edge_nm(i);
         let strata = (0..count).map(|i| Stratum::new(edge(i), edge(i + 1), &emission)).collect();
         let power = |i: u32| emission.iter().map(|(w, s)| w * s.integral(edge(i), edge(i + 1))).sum::<f64>();
         let cmf = observer(Observer::Cie1931);
         let luminance = |i: u32| power(i) * cmf.eval(0.5 * (edge(i) + edge(i + 1)))[1];
-        // Bins want lanes alike, the picture those that it is bright by. None of the latter outside the visible range.
+        // Bins want wavelengths alike, the picture those that it is bright by. None of the latter outside the visible range.
         let wanted: Vec<Vec<f64>> = [&|_| 1.0, &power as &dyn Fn(u32) -> f64, &luminance]
             .iter()
             .filter_map(|weight| {
@@ -74,32 +74,35 @@ impl Wavelengths {
                 (total > 0.0).then(|| weights.iter().map(|w| w / total).collect())
             })
             .collect();
-        let mut parting = vec![0.0];
+        let mut collapse_cdf = vec![0.0];
         for i in 0..count as usize {
-            parting.push(parting[i] + wanted.iter().map(|shares| shares[i]).sum::<f64>() / wanted.len() as f64);
+            collapse_cdf.push(collapse_cdf[i] + wanted.iter().map(|shares| shares[i]).sum::<f64>() / wanted.len() as f64);
         }
-        Self { strata, parting, sampling: scene.film.sampling }
+        Self { strata, collapse_cdf, sampling: scene.film.sampling }
     }
 
-    /// Four lanes (`count` different ones: 1, 2 or 4) that camera paths of a pass choose among where wavelengths part, spread evenly over their
-    /// probabilities from `u` in [0, 1), and 1 / (4 probability) of each. In the mean over `u` the weights of every lane sum up to 1.
-    pub fn parting_lanes(&self, count: u32, u: f64) -> [(u32, f64); 4] {
+    /// Four wavelengths (`count` different ones: 1, 2 or 4) that camera paths of a pass choose among where wavelengths part, spread evenly over their
+    /// probabilities from `u` in [0, 1), and 1 / (4 probability) of each. In the mean over `u` the weights of every wavelength sum up to 1.
+    pub fn collapse_wavelengths(&self, count: u32, u: f64) -> [(u32, f64); 4] {
         let last = self.strata.len() - 1;
         std::array::from_fn(|i| {
-            let at = (f64::from(i as u32 * count / 4) + u) / f64::from(count) * self.parting[last + 1];
-            let lane = (self.parting.partition_point(|&c| c <= at) - 1).min(last);
-            (lane as u32, 0.25 * self.parting[last + 1] / (self.parting[lane + 1] - self.parting[lane]))
+            let at = (f64::from(i as u32 * count / 4) + u) / f64::from(count) * self.collapse_cdf[last + 1];
+            let wavelength = (self.collapse_cdf.partition_point(|&c| c <= at) - 1).min(last);
+            (
+                wavelength as u32,
+                0.25 * self.collapse_cdf[last + 1] / (self.collapse_cdf[wavelength + 1] - self.collapse_cdf[wavelength]),
+            )
         })
     }
 
-    /// Probability of each lane to be the one of [`Wavelengths::parting_lanes`] where that is one.
-    pub fn parting_shares(&self) -> impl Iterator<Item = f64> {
-        let total = self.parting[self.parting.len() - 1];
-        self.parting.windows(2).map(move |upto| (upto[1] - upto[0]) / total)
+    /// Probability of each wavelength to be the one of [`Wavelengths::collapse_wavelengths`] where that is one.
+    pub fn collapse_probabilities(&self) -> impl Iterator<Item = f64> {
+        let total = self.collapse_cdf[self.collapse_cdf.len() - 1];
+        self.collapse_cdf.windows(2).map(move |upto| (upto[1] - upto[0]) / total)
     }
 
     /// Wavelengths a path carries for a film of `bins`: one per bin up to 32, for fewer than four a multiple of them.
-    pub fn lanes(bins: u32) -> u32 {
+    pub fn per_path(bins: u32) -> u32 {
         match bins {
             0..4 => bins * 4u32.div_ceil(bins.max(1)),
             4..=32 => bins,
@@ -143,17 +146,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parting_keeps_every_lane_in_the_mean() {
+    fn collapse_keeps_every_wavelength_in_the_mean() {
         let emission = [0.1, 0.4, 0.0, 0.2, 0.3];
-        let mut parting = vec![0.0];
-        emission.iter().for_each(|e| parting.push(parting[parting.len() - 1] + 0.1 + 0.5 * e));
+        let mut collapse_cdf = vec![0.0];
+        emission.iter().for_each(|e| collapse_cdf.push(collapse_cdf[collapse_cdf.len() - 1] + 0.1 + 0.5 * e));
         let strata = vec![Stratum::new(0.0, 1.0, &[]); 5];
-        let w = Wavelengths { strata, parting, sampling: WavelengthSampling::Continuous };
+        let w = Wavelengths { strata, collapse_cdf, sampling: WavelengthSampling::Continuous };
         for count in [1, 2, 4] {
             let (n, mut kept) = (10_000, [0.0; 5]);
             for i in 0..n {
-                let lanes = w.parting_lanes(count, (f64::from(i) + 0.5) / f64::from(n));
-                lanes.iter().for_each(|(lane, weight)| kept[*lane as usize] += weight);
+                let wavelengths = w.collapse_wavelengths(count, (f64::from(i) + 0.5) / f64::from(n));
+                wavelengths.iter().for_each(|(wavelength, weight)| kept[*wavelength as usize] += weight);
             }
             for k in kept {
                 assert!((k / f64::from(n) - 1.0).abs() < 1e-3, "{kept:?}");
@@ -183,8 +186,11 @@ mod tests {
     #[test]
     fn few_and_many_bins_get_whole_strata() {
         for bins in 1..=400 {
-            let lanes = Wavelengths::lanes(bins);
-            assert!((4..=32).contains(&lanes) && (lanes.is_multiple_of(bins) || lanes == 32), "{bins}: {lanes}");
+            let wavelengths = Wavelengths::per_path(bins);
+            assert!(
+                (4..=32).contains(&wavelengths) && (wavelengths.is_multiple_of(bins) || wavelengths == 32),
+                "{bins}: {wavelengths}"
+            );
         }
     }
 }

@@ -22,7 +22,7 @@ use crate::color::cie::xyz_of_unit;
 use crate::color::convert::linear_srgb_of_xyz;
 use crate::color::space::Space;
 use crate::error::Result;
-use crate::film::first_hits::FirstHits;
+use crate::film::aov::AovBuffers;
 use crate::film::{Errors, Film};
 use crate::spectrum::library::Observer;
 use crate::stats::BatchStats;
@@ -63,11 +63,11 @@ pub struct Aovs<'a> {
     /// Standard errors of luminance and of every bin.
     pub errors: bool,
     /// Depth of these.
-    pub depth: Option<&'a FirstHits>,
+    pub depth: Option<&'a AovBuffers>,
     /// Normals of these.
-    pub normal: Option<&'a FirstHits>,
+    pub normal: Option<&'a AovBuffers>,
     /// Albedo of these.
-    pub albedo: Option<&'a FirstHits>,
+    pub albedo: Option<&'a AovBuffers>,
 }
 
 /// Writes `film` as a spectral EXR (lossless ZIP), block by block from the film: no second copy of the picture is held. By a
@@ -146,10 +146,10 @@ fn attributes(film: &Film, p: &Provenance) -> Vec<(&'static str, AttributeValue)
     ]
 }
 
-/// What the header says of first hits.
+/// What the header says of AOVs.
 fn descriptions(aovs: &Aovs) -> Vec<(&'static str, AttributeValue)> {
-    let of = |name, first_hits: Option<&FirstHits>, what: &str| {
-        Some((name, AttributeValue::Text(text(&format!("{what} ({} samples per pixel)", first_hits?.samples())))))
+    let of = |name, aovs: Option<&AovBuffers>, what: &str| {
+        Some((name, AttributeValue::Text(text(&format!("{what} ({} samples per pixel)", aovs?.samples())))))
     };
     let all = [
         of(
@@ -179,9 +179,9 @@ enum Source<'a> {
     Mean(usize),
     Error(Errors<'a>),
     Rgb(usize),
-    Depth(&'a FirstHits),
-    Normal(&'a FirstHits, usize),
-    Albedo(&'a FirstHits, usize),
+    Depth(&'a AovBuffers),
+    Normal(&'a AovBuffers, usize),
+    Albedo(&'a AovBuffers, usize),
 }
 
 fn channels<'a>(film: &'a Film, aovs: &Aovs<'a>) -> Vec<(String, Source<'a>)> {

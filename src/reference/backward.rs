@@ -3,7 +3,7 @@
 use super::material::Transport;
 use super::rng::Rng;
 use super::sensor::{on_surface, sample_view};
-use super::walk::{Lane, Observer, Path};
+use super::walk::{Observer, Path, WavelengthSample};
 use super::{Stage, finite};
 use crate::geometry::world::Hit;
 use crate::scene::Sensor;
@@ -21,16 +21,16 @@ impl Observer for Met<'_> {
         for hit in hits {
             let Some(emission) = &self.stage.scene.shapes[hit.shape].emission else { continue };
             if emission.two_sided || path.ray.dir.dot(hit.ng) < 0.0 {
-                for lane in &path.lanes {
-                    self.radiance[lane.bin] += lane.beta * emission.radiance.eval(lane.nm, hit.uv);
+                for wavelength in &path.wavelengths {
+                    self.radiance[wavelength.bin] += wavelength.beta * emission.radiance.eval(wavelength.nm, hit.uv);
                 }
             }
         }
     }
 
     fn escaped(&mut self, path: &Path) {
-        for lane in &path.lanes {
-            self.radiance[lane.bin] += lane.beta * self.stage.environment(path.ray.dir, lane.nm);
+        for wavelength in &path.wavelengths {
+            self.radiance[wavelength.bin] += wavelength.beta * self.stage.environment(path.ray.dir, wavelength.nm);
         }
     }
 }
@@ -43,11 +43,12 @@ impl Stage {
             let mut rng = Rng::new(self.seed, batch, pixel as u64 * u64::from(spp) + u64::from(sample));
             let nm = self.wavelengths(&mut rng);
             let view = sample_view(&self.scene.sensor, &self.scene.film, pixel, self.world.extent, &mut rng);
-            let lanes = nm.iter().enumerate().map(|(bin, &nm)| Lane { bin, nm, beta: 1.0, etendue: 1.0 }).collect();
+            let wavelengths =
+                nm.iter().enumerate().map(|(bin, &nm)| WavelengthSample { bin, nm, beta: 1.0, etendue: 1.0 }).collect();
             let inside = self.interiors_of_view(view.ray.origin);
             let mut met = Met { stage: self, radiance: vec![0.0; nm.len()] };
             let mut walked = BatchStats::default();
-            self.walk(Path::new(view.ray, lanes, inside), Transport::Radiance, &mut rng, &mut met, &mut walked);
+            self.walk(Path::new(view.ray, wavelengths, inside), Transport::Radiance, &mut rng, &mut met, &mut walked);
             stats += BatchStats { paths: 1, truncated: walked.truncated.min(1), ..walked };
             let negative = met.radiance.iter().copied().find(|l| *l < 0.0);
             if finite(negative.unwrap_or(met.radiance.iter().sum()), &mut stats) {

@@ -1,10 +1,10 @@
-//! The forward estimator: paths from the lights, joined to the camera wherever they scatter, or counted where they cross the sensor.
+//! The forward estimator: paths from the lights, connected to the camera wherever they scatter, or counted where they cross the sensor.
 
 use super::material::Transport;
 use super::medium::Medium;
 use super::rng::Rng;
 use super::sensor::{connect, crossing, on_surface, sample_view, splat};
-use super::walk::{Lane, Observer, Path, Vertex};
+use super::walk::{Observer, Path, Vertex, WavelengthSample};
 use super::{Stage, finite};
 use crate::geometry::world::Ray;
 use crate::scene::Sensor;
@@ -28,9 +28,9 @@ struct Arrived<'a> {
 }
 
 impl Arrived<'_> {
-    fn add(&mut self, pixel: usize, lane: &Lane, value: f64) {
+    fn add(&mut self, pixel: usize, wavelength: &WavelengthSample, value: f64) {
         if finite(value, &mut self.dropped) && value > 0.0 {
-            self.splats.push(Splat { pixel, bin: lane.bin, nm: lane.nm, value });
+            self.splats.push(Splat { pixel, bin: wavelength.bin, nm: wavelength.nm, value });
         }
     }
 
@@ -45,17 +45,17 @@ impl Arrived<'_> {
     ) {
         let (stage, film) = (self.stage, &self.stage.scene.film);
         let Some(link) = connect(&stage.scene.sensor, film, from.origin, rng) else { return };
-        let density: Vec<f64> = (0..path.lanes.len()).map(|i| eval(link.dir, i)).collect();
+        let density: Vec<f64> = (0..path.wavelengths.len()).map(|i| eval(link.dir, i)).collect();
         let mut pixels = Vec::new();
         splat(film, link.film, |pixel, weight| pixels.push((pixel, weight)));
         if pixels.is_empty() || density.iter().all(|&g| g == 0.0) {
             return;
         }
         let ray = Ray { dir: link.dir, ..from };
-        let share = stage.straight(ray, &inside(link.dir), &path.lanes, link.distance, &mut self.dropped);
-        for (lane, (g, share)) in path.lanes.iter().zip(density.iter().zip(share)) {
+        let share = stage.straight(ray, &inside(link.dir), &path.wavelengths, link.distance, &mut self.dropped);
+        for (wavelength, (g, share)) in path.wavelengths.iter().zip(density.iter().zip(share)) {
             for &(pixel, weight) in &pixels {
-                self.add(pixel, lane, lane.beta * g * share * link.weight * weight);
+                self.add(pixel, wavelength, wavelength.beta * g * share * link.weight * weight);
             }
         }
     }
@@ -68,15 +68,15 @@ impl Observer for Arrived<'_> {
         // A sensor may lie on a surface of the scene; it is crossed on the way there, not on the way on.
         let near = on_surface(path.ray.origin, stage.world.extent);
         if at > near && at <= t + near {
-            for (lane, weight) in path.lanes.iter().zip(medium.weight_past(at)) {
-                self.add(pixel, lane, lane.beta * weight * per_area);
+            for (wavelength, weight) in path.wavelengths.iter().zip(medium.weight_past(at)) {
+                self.add(pixel, wavelength, wavelength.beta * weight * per_area);
             }
         }
     }
 
     fn vertex(&mut self, path: &Path, vertex: &Vertex, rng: &mut Rng, _: &mut BatchStats) {
         let from = Ray { on: vertex.on.clone(), ..Ray::new(vertex.p, DVec3::Z) };
-        self.join(path, from, &|wo| vertex.inside_towards(wo).to_vec(), &|wo, lane| vertex.eval(wo, lane), rng);
+        self.join(path, from, &|wi| vertex.inside_towards(wi).to_vec(), &|wi, wavelength| vertex.eval(wi, wavelength), rng);
     }
 }
 
@@ -91,7 +91,7 @@ impl Stage {
         if let Some(light) = self.emit(&nm, &mut rng) {
             if let Some(n) = light.normal {
                 let path = &light.path;
-                let eval = |wo: DVec3, _| wo.dot(n).max(0.0) / PI;
+                let eval = |wi: DVec3, _| wi.dot(n).max(0.0) / PI;
                 arrived.join(path, path.ray.clone(), &|_| path.inside.clone(), &eval, &mut rng);
             }
             self.walk(light.path, Transport::Flux, &mut rng, &mut arrived, &mut stats);
@@ -102,18 +102,19 @@ impl Stage {
         stats
     }
 
-    /// Light from infinity that a camera sees directly arrives from no point that could be joined to it: one straight look per path instead.
+    /// Light from infinity that a camera sees directly arrives from no point that could be connected to it: one straight look per path instead.
     fn see_environment(&self, pixel: usize, nm: &[f64], arrived: &mut Arrived, rng: &mut Rng) {
         if !self.has_environment || !matches!(self.scene.sensor, Sensor::Perspective { .. } | Sensor::Orthographic { .. }) {
             return;
         }
         let view = sample_view(&self.scene.sensor, &self.scene.film, pixel, self.world.extent, rng);
         let light = |bin: usize| self.environment(view.ray.dir, nm[bin]);
-        let lanes: Vec<Lane> = nm.iter().enumerate().map(|(bin, &nm)| Lane { bin, nm, beta: light(bin), etendue: 1.0 }).collect();
+        let wavelengths: Vec<WavelengthSample> =
+            nm.iter().enumerate().map(|(bin, &nm)| WavelengthSample { bin, nm, beta: light(bin), etendue: 1.0 }).collect();
         let inside = self.interiors_of_view(view.ray.origin);
-        let share = self.straight(view.ray, &inside, &lanes, f64::INFINITY, &mut arrived.dropped);
-        for (lane, share) in lanes.iter().zip(share) {
-            arrived.add(pixel, lane, lane.beta * share * self.pixels() as f64);
+        let share = self.straight(view.ray, &inside, &wavelengths, f64::INFINITY, &mut arrived.dropped);
+        for (wavelength, share) in wavelengths.iter().zip(share) {
+            arrived.add(pixel, wavelength, wavelength.beta * share * self.pixels() as f64);
         }
     }
 }

@@ -53,7 +53,7 @@ pub(super) fn cross<'a>(scene: &Scene, inside: &[usize], dir: DVec3, met: &[(&'a
     };
     let is_matched = scene.interiors[near].ior == scene.interiors[far].ior;
     let interface = met.iter().find_map(|&(hit, material)| match scene.materials[material].interface() {
-        Some((interior, alpha)) if interior == owner && (!is_matched || scene.films.contains_key(&material)) => {
+        Some((interior, alpha)) if interior == owner && (!is_matched || scene.thin_films.contains_key(&material)) => {
             Some(Crossing::Interface { hit, near, far, alpha })
         }
         _ => None,

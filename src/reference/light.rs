@@ -3,7 +3,7 @@
 use super::Stage;
 use super::rng::Rng;
 use super::sensor::on_surface;
-use super::walk::{Lane, Path};
+use super::walk::{Path, WavelengthSample};
 use crate::bsdf::sample_cosine;
 use crate::geometry::world::Ray;
 use crate::scene::inside::{interiors_at, up};
@@ -88,47 +88,47 @@ impl Emitters {
 }
 
 impl Stage {
-    /// Starts a light path, its lanes at the wavelengths `nm` carrying flux over the probability of choosing it. `None` in the dark.
+    /// Starts a light path, with a sample at each of the wavelengths `nm`, carrying flux over the probability of choosing it. `None` in the dark.
     pub(super) fn emit(&self, nm: &[f64], rng: &mut Rng) -> Option<Emitted> {
         let emitters = &self.emitters;
         let (index, share) = choose(&emitters.cumulative, rng)?;
-        let lanes = |flux: &Flux| -> Vec<Lane> {
-            nm.iter().enumerate().map(|(bin, &nm)| Lane { bin, nm, beta: flux(nm) / share, etendue: 1.0 }).collect()
+        let wavelengths = |flux: &Flux| -> Vec<WavelengthSample> {
+            nm.iter().enumerate().map(|(bin, &nm)| WavelengthSample { bin, nm, beta: flux(nm) / share, etendue: 1.0 }).collect()
         };
         let light = match &emitters.what[index] {
-            What::Shape { shape, area, triangles } => return self.emit_shape(*shape, *area, triangles, &lanes, rng),
+            What::Shape { shape, area, triangles } => return self.emit_shape(*shape, *area, triangles, &wavelengths, rng),
             What::Light { light, texels } => (&self.scene.lights[*light], texels),
         };
         let (center, radius) = emitters.ball;
         let cross_section = PI * radius * radius;
         let far = |dir: DVec3, rng: &mut Rng| Ray::new(center - dir * radius + on_disc(dir, radius, rng), dir);
-        let (ray, lanes) = match light {
+        let (ray, wavelengths) = match light {
             (Light::Point { position, intensity }, _) => {
-                (Ray::new(*position, on_cone(DVec3::Y, -1.0, rng)), lanes(&|nm| 4.0 * PI * intensity.eval(nm)))
+                (Ray::new(*position, on_cone(DVec3::Y, -1.0, rng)), wavelengths(&|nm| 4.0 * PI * intensity.eval(nm)))
             }
             (Light::Spot { position, direction, intensity, cos_inner, cos_outer }, _) => {
                 let dir = on_cone(*direction, *cos_outer, rng);
                 let x = ((dir.dot(*direction) - cos_outer) / (cos_inner - cos_outer)).clamp(0.0, 1.0);
                 let weight = x * x * (3.0 - 2.0 * x) * 2.0 * PI * (1.0 - cos_outer);
-                (Ray::new(*position, dir), lanes(&|nm| weight * intensity.eval(nm)))
+                (Ray::new(*position, dir), wavelengths(&|nm| weight * intensity.eval(nm)))
             }
             (Light::Profile { position, axes, intensity, profile }, _) => {
                 let dir = on_cone(DVec3::Y, -1.0, rng);
                 let weight = profile.eval(axes.transpose() * dir) * 4.0 * PI;
-                (Ray::new(*position, dir), lanes(&|nm| weight * intensity.eval(nm)))
+                (Ray::new(*position, dir), wavelengths(&|nm| weight * intensity.eval(nm)))
             }
             (Light::Beam { origin, direction, radius, irradiance }, _) => {
                 let ray = Ray::new(*origin + on_disc(*direction, *radius, rng), *direction);
-                (ray, lanes(&|nm| PI * radius * radius * irradiance.eval(nm)))
+                (ray, wavelengths(&|nm| PI * radius * radius * irradiance.eval(nm)))
             }
             (Light::Sun { direction, cos_angle, irradiance }, _) => {
                 let ray = far(on_cone(*direction, cos_angle.min(1.0), rng), rng);
                 // Solid angle over projected solid angle of the disc; 1 for parallel light.
                 let spread = 2.0 / (1.0 + cos_angle.min(1.0));
-                (ray, lanes(&|nm| cross_section * spread * irradiance.eval(nm)))
+                (ray, wavelengths(&|nm| cross_section * spread * irradiance.eval(nm)))
             }
             (Light::Constant { radiance }, _) => {
-                (far(on_cone(DVec3::Y, -1.0, rng), rng), lanes(&|nm| 4.0 * PI * cross_section * radiance.eval(nm)))
+                (far(on_cone(DVec3::Y, -1.0, rng), rng), wavelengths(&|nm| 4.0 * PI * cross_section * radiance.eval(nm)))
             }
             (Light::Image(map), texels) => {
                 let (texel, share) = choose(texels, rng)?;
@@ -138,15 +138,15 @@ impl Stage {
                 let r = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
                 let dir = -(map.to_local.transpose() * dvec3(r * phi.cos(), y, r * phi.sin())).normalize();
                 let solid_angle = 2.0 * PI / f64::from(map.width) * (top - bottom);
-                (far(dir, rng), lanes(&|nm| texel_radiance(map, texel, nm) * solid_angle / share * cross_section))
+                (far(dir, rng), wavelengths(&|nm| texel_radiance(map, texel, nm) * solid_angle / share * cross_section))
             }
         };
         let inside = self.interiors_at(ray.origin);
-        let mut path = Path::new(ray, lanes, inside);
+        let mut path = Path::new(ray, wavelengths, inside);
         if light.0.is_distant() {
             // Light that would have to come through an endless medium does not arrive.
             let medium = &self.scene.interiors[0];
-            path.lanes.retain(|l| medium.sigma_a.eval(l.nm) + medium.sigma_s.eval(l.nm) == 0.0);
+            path.wavelengths.retain(|l| medium.sigma_a.eval(l.nm) + medium.sigma_s.eval(l.nm) == 0.0);
         }
         Some(Emitted { path, normal: None })
     }
@@ -156,7 +156,7 @@ impl Stage {
         shape: usize,
         area: f64,
         triangles: &[f64],
-        lanes: &dyn Fn(&Flux) -> Vec<Lane>,
+        wavelengths: &dyn Fn(&Flux) -> Vec<WavelengthSample>,
         rng: &mut Rng,
     ) -> Option<Emitted> {
         let scene = &self.scene;
@@ -167,7 +167,7 @@ impl Stage {
         let (x, y) = n.any_orthonormal_pair();
         let dir = (DMat3::from_cols(x, y, n) * sample_cosine(rng.next2())).normalize();
         let sides = if emission.two_sided { 2.0 } else { 1.0 };
-        let lanes = lanes(&|nm| sides * PI * area * emission.radiance.eval(nm, uv));
+        let wavelengths = wavelengths(&|nm| sides * PI * area * emission.radiance.eval(nm, uv));
         let on = vec![self.world.first_prim(shape) + triangle as u32];
         // If the way up leads through the light's own surface, that crossing is known; it is not to be found again.
         let own = scene.interior_of(scene.shapes[shape].material);
@@ -176,7 +176,7 @@ impl Stage {
         let t_min = on_surface(p, self.world.extent);
         let inside =
             interiors_at(scene, &self.world, Ray { origin: p, dir: up(), t_min, on: on.clone() }, met.into_iter().collect());
-        Some(Emitted { path: Path::new(Ray { origin: p, dir, t_min, on }, lanes, inside), normal: Some(n) })
+        Some(Emitted { path: Path::new(Ray { origin: p, dir, t_min, on }, wavelengths, inside), normal: Some(n) })
     }
 
     /// Radiance that arrives from infinity along `-dir`.

@@ -3,19 +3,19 @@
 use super::Stage;
 use super::interiors::{Crossing, cross, ruling};
 use super::rng::Rng;
-use super::walk::{Lane, Path};
+use super::walk::{Path, WavelengthSample};
 use crate::bsdf::coat::Coat;
 use crate::bsdf::conductor::RoughConductor;
 use crate::bsdf::dielectric::RoughDielectric;
 use crate::bsdf::energy::EnergyTable;
-use crate::bsdf::film::Stack;
 use crate::bsdf::fresnel::{self, Metal};
 use crate::bsdf::ggx::Width;
 use crate::bsdf::sample_cosine;
 use crate::bsdf::sheen::Sheen;
+use crate::bsdf::thin_film::Stack;
 use crate::geometry::world::Hit;
 use crate::scene::roughness::level_at;
-use crate::scene::{Film, Geometry, Grain, Material, Scene, direction_of_grain};
+use crate::scene::{Geometry, Grain, Material, Scene, ThinFilm, direction_of_grain};
 use crate::spectrum::{Ior, Spectrum};
 use glam::{DMat3, DVec2, DVec3, DVec4, dvec3};
 use std::collections::BTreeMap;
@@ -55,82 +55,82 @@ pub(super) struct Over<'a> {
 
 /// Light that leaves a surface together.
 pub(super) struct Outgoing {
-    pub wo: DVec3,
-    pub lanes: Vec<Lane>,
+    pub wi: DVec3,
+    pub wavelengths: Vec<WavelengthSample>,
     pub transmitted: bool,
 }
 
-/// A surface point with its material, as seen by a path that came from `wi`.
+/// A surface point with its material, as seen by a path that came from `wo`.
 pub(super) struct Surface<'a> {
     pub bsdf: Bsdf<'a>,
     over: Over<'a>,
-    /// To the world; the third column is the shading normal on the side of `wi`.
+    /// To the world; the third column is the shading normal on the side of `wo`.
     frame: DMat3,
-    /// Geometric normal on the side of `wi`.
+    /// Geometric normal on the side of `wo`.
     ng: DVec3,
-    wi: DVec3,
+    wo: DVec3,
     transport: Transport,
 }
 
 impl<'a> Surface<'a> {
     /// `None` where the shading normal contradicts the geometry: such light is absorbed.
-    pub(super) fn new(bsdf: Bsdf<'a>, over: Over<'a>, hit: &Hit, wi: DVec3, transport: Transport) -> Option<Self> {
-        let side = if wi.dot(hit.ng) < 0.0 { -1.0 } else { 1.0 };
+    pub(super) fn new(bsdf: Bsdf<'a>, over: Over<'a>, hit: &Hit, wo: DVec3, transport: Transport) -> Option<Self> {
+        let side = if wo.dot(hit.ng) < 0.0 { -1.0 } else { 1.0 };
         let (ng, ns) = (hit.ng * side, hit.ns * side);
         let x = over.along.unwrap_or_else(|| ns.any_orthonormal_vector());
-        (wi.dot(ns) > 0.0).then_some(Self { bsdf, over, frame: DMat3::from_cols(x, ns.cross(x), ns), ng, wi, transport })
+        (wo.dot(ns) > 0.0).then_some(Self { bsdf, over, frame: DMat3::from_cols(x, ns.cross(x), ns), ng, wo, transport })
     }
 
-    /// Which side of the geometry `wo` goes to, as a factor: 0 where the shading normal says otherwise, else 1 or for flux Veach's correction.
-    fn correction(&self, wo: DVec3) -> f64 {
+    /// Which side of the geometry `wi` goes to, as a factor: 0 where the shading normal says otherwise, else 1 or for flux Veach's correction.
+    fn correction(&self, wi: DVec3) -> f64 {
         let (ns, ng) = (self.frame.z_axis, self.ng);
-        if wo.dot(ns) * wo.dot(ng) <= 0.0 {
+        if wi.dot(ns) * wi.dot(ng) <= 0.0 {
             return 0.0;
         }
         match self.transport {
             Transport::Radiance => 1.0,
             Transport::Flux if ns == ng => 1.0,
-            Transport::Flux => (self.wi.dot(ns) * wo.dot(ng) / (self.wi.dot(ng) * wo.dot(ns))).abs(),
+            Transport::Flux => (self.wo.dot(ns) * wi.dot(ng) / (self.wo.dot(ng) * wi.dot(ns))).abs(),
         }
     }
 
-    /// Whether `wo` lies beyond the surface.
-    pub(super) fn is_beyond(&self, wo: DVec3) -> bool {
-        wo.dot(self.ng) < 0.0
+    /// Whether `wi` lies beyond the surface.
+    pub(super) fn is_beyond(&self, wi: DVec3) -> bool {
+        wi.dot(self.ng) < 0.0
     }
 
-    /// Density of scattered flux per solid angle of `wo` for the carried wavelength number `lane`; 0 for mirror-like surfaces.
-    pub(super) fn eval(&self, wo: DVec3, lane: usize) -> f64 {
-        let (wi, local) = (self.local(self.wi), self.local(wo));
+    /// Density of scattered flux per solid angle of `wi` for the carried wavelength number `wavelength`; 0 for mirror-like surfaces.
+    pub(super) fn eval(&self, wi: DVec3, wavelength: usize) -> f64 {
+        let (wo, local) = (self.local(self.wo), self.local(wi));
         let g = match &self.bsdf {
-            Bsdf::Diffuse(rho) => self.paint(rho[lane], lane, wi, local) * local.z.max(0.0) / PI,
+            Bsdf::Diffuse(rho) => self.paint(rho[wavelength], wavelength, wo, local) * local.z.max(0.0) / PI,
             Bsdf::Conductor { metal, width, energy: Some(energy) } => {
                 let facets = RoughConductor { alpha: *width, energy };
-                facets.eval(wi, local, |lobe| self.mirror(facets.reflectance(lobe, metal[lane]), lane, wi, local))
+                facets.eval(wo, local, |lobe| self.mirror(facets.reflectance(lobe, metal[wavelength]), wavelength, wo, local))
             }
             Bsdf::Dielectric { eta, alpha, energy: Some(energy), .. } => {
-                RoughDielectric { alpha: *alpha, eta: eta[lane], energy }.eval(wi, local)
+                RoughDielectric { alpha: *alpha, eta: eta[wavelength], energy }.eval(wo, local)
             }
             _ => 0.0,
         };
-        let own = self.over.coat.get(lane).map_or(0.0, |coat| coat.eval(wi, local));
-        let of_sheen = self.over.sheen.as_ref().map_or(0.0, |(sheen, color)| color[lane] * sheen.eval(wi, local));
-        (of_sheen + self.under_sheen(wi, local) * (own + g)) * self.correction(wo)
+        let own = self.over.coat.get(wavelength).map_or(0.0, |coat| coat.eval(wo, local));
+        let of_sheen = self.over.sheen.as_ref().map_or(0.0, |(sheen, color)| color[wavelength] * sheen.eval(wo, local));
+        (of_sheen + self.under_sheen(wo, local) * (own + g)) * self.correction(wi)
     }
 
     /// What sheen leaves of what is under it.
-    fn under_sheen(&self, wi: DVec3, wo: DVec3) -> f64 {
-        self.over.sheen.as_ref().map_or(1.0, |(sheen, _)| sheen.over(wi.z, wo.z.abs()))
+    fn under_sheen(&self, wo: DVec3, wi: DVec3) -> f64 {
+        self.over.sheen.as_ref().map_or(1.0, |(sheen, _)| sheen.over(wo.z, wi.z.abs()))
     }
 
     /// The reflectance of paint, through the coat if there is one.
-    fn paint(&self, rho: f64, lane: usize, wi: DVec3, wo: DVec3) -> f64 {
-        self.over.coat.get(lane).map_or(rho, |coat| coat.over_diffuse(rho, wi.z, wo.z))
+    fn paint(&self, rho: f64, wavelength: usize, wo: DVec3, wi: DVec3) -> f64 {
+        self.over.coat.get(wavelength).map_or(rho, |coat| coat.over_diffuse(rho, wo.z, wi.z))
     }
 
     /// The reflectance of a mirror or facet, likewise.
-    fn mirror(&self, r: f64, lane: usize, wi: DVec3, wo: DVec3) -> f64 {
-        self.over.coat.get(lane).map_or(r, |coat| coat.over_mirror(r, wi.z, wo.z))
+    fn mirror(&self, r: f64, wavelength: usize, wo: DVec3, wi: DVec3) -> f64 {
+        self.over.coat.get(wavelength).map_or(r, |coat| coat.over_mirror(r, wo.z, wi.z))
     }
 
     fn local(&self, w: DVec3) -> DVec3 {
@@ -138,18 +138,18 @@ impl<'a> Surface<'a> {
     }
 
     /// Scatters the path: nothing if absorbed, several where dispersion parts its wavelengths.
-    pub(super) fn sample(&self, lanes: &[Lane], rng: &mut Rng) -> Vec<Outgoing> {
-        let mut out = self.sample_under_sheen(self.local(self.wi), lanes, rng);
+    pub(super) fn sample(&self, wavelengths: &[WavelengthSample], rng: &mut Rng) -> Vec<Outgoing> {
+        let mut out = self.sample_under_sheen(self.local(self.wo), wavelengths, rng);
         for o in &mut out {
             let refracted = o.transmitted && self.transport == Transport::Radiance;
-            o.wo = (self.frame * o.wo).normalize();
-            let correction = self.correction(o.wo);
-            for lane in &mut o.lanes {
-                lane.beta *= correction;
+            o.wi = (self.frame * o.wi).normalize();
+            let correction = self.correction(o.wi);
+            for wavelength in &mut o.wavelengths {
+                wavelength.beta *= correction;
                 if let (true, Bsdf::Dielectric { eta, .. }) = (refracted, &self.bsdf) {
-                    let eta = eta[lanes.iter().position(|l| l.bin == lane.bin).unwrap_or(0)];
-                    lane.beta /= eta * eta;
-                    lane.etendue *= eta * eta;
+                    let eta = eta[wavelengths.iter().position(|l| l.bin == wavelength.bin).unwrap_or(0)];
+                    wavelength.beta /= eta * eta;
+                    wavelength.etendue *= eta * eta;
                 }
             }
         }
@@ -157,75 +157,75 @@ impl<'a> Surface<'a> {
     }
 
     /// The sheen's own reflection or what is under it; each weighs the more for its probability.
-    fn sample_under_sheen(&self, wi: DVec3, lanes: &[Lane], rng: &mut Rng) -> Vec<Outgoing> {
-        let Some((sheen, color)) = &self.over.sheen else { return self.sample_local(wi, lanes, rng) };
-        let own = mean(color) * sheen.albedo(wi.z).min(1.0);
-        let q = (own / (own + sheen.transmittance(wi.z)).max(1e-6)).clamp(0.05, 0.95);
+    fn sample_under_sheen(&self, wo: DVec3, wavelengths: &[WavelengthSample], rng: &mut Rng) -> Vec<Outgoing> {
+        let Some((sheen, color)) = &self.over.sheen else { return self.sample_local(wo, wavelengths, rng) };
+        let own = mean(color) * sheen.albedo(wo.z).min(1.0);
+        let q = (own / (own + sheen.transmittance(wo.z)).max(1e-6)).clamp(0.05, 0.95);
         if rng.next() < q {
-            let wo = sample_cosine(rng.next2());
-            let weight = sheen.eval(wi, wo) * PI / (wo.z * q);
-            let lanes = lanes.iter().zip(color).map(|(l, c)| l.times(c * weight)).collect();
-            return vec![Outgoing { wo, lanes, transmitted: false }];
+            let wi = sample_cosine(rng.next2());
+            let weight = sheen.eval(wo, wi) * PI / (wi.z * q);
+            let wavelengths = wavelengths.iter().zip(color).map(|(l, c)| l.times(c * weight)).collect();
+            return vec![Outgoing { wi, wavelengths, transmitted: false }];
         }
-        let mut out = self.sample_local(wi, lanes, rng);
+        let mut out = self.sample_local(wo, wavelengths, rng);
         for o in &mut out {
-            let weight = self.under_sheen(wi, o.wo) / (1.0 - q);
-            o.lanes.iter_mut().for_each(|lane| lane.beta *= weight);
+            let weight = self.under_sheen(wo, o.wi) / (1.0 - q);
+            o.wavelengths.iter_mut().for_each(|wavelength| wavelength.beta *= weight);
         }
         out
     }
 
-    fn sample_local(&self, wi: DVec3, lanes: &[Lane], rng: &mut Rng) -> Vec<Outgoing> {
-        let reflected: Vec<f64> = self.over.coat.iter().map(|coat| 1.0 - coat.transmittance(wi.z)).collect();
+    fn sample_local(&self, wo: DVec3, wavelengths: &[WavelengthSample], rng: &mut Rng) -> Vec<Outgoing> {
+        let reflected: Vec<f64> = self.over.coat.iter().map(|coat| 1.0 - coat.transmittance(wo.z)).collect();
         // Probability of the coat's own reflection; the samples of what is under it weigh the more.
         let of_coat = if reflected.is_empty() { 0.0 } else { mean(&reflected) };
-        let one = |wo, transmitted, weight: &dyn Fn(usize) -> f64| {
-            let lanes = lanes.iter().enumerate().map(|(i, l)| l.times(weight(i) / (1.0 - of_coat))).collect();
-            vec![Outgoing { wo, lanes, transmitted }]
+        let one = |wi, transmitted, weight: &dyn Fn(usize) -> f64| {
+            let wavelengths = wavelengths.iter().enumerate().map(|(i, l)| l.times(weight(i) / (1.0 - of_coat))).collect();
+            vec![Outgoing { wi, wavelengths, transmitted }]
         };
         if of_coat > 0.0 && rng.next() < of_coat {
-            let Some((wo, weight, cos)) = self.over.coat[0].sample(wi, rng.next2()) else { return vec![] };
+            let Some((wi, weight, cos)) = self.over.coat[0].sample(wo, rng.next2()) else { return vec![] };
             let share = |coat: &Coat| weight * fresnel::dielectric(cos, coat.eta) / of_coat;
-            let lanes = lanes.iter().zip(&self.over.coat).map(|(l, coat)| l.times(share(coat))).collect();
-            return vec![Outgoing { wo, lanes, transmitted: false }];
+            let wavelengths = wavelengths.iter().zip(&self.over.coat).map(|(l, coat)| l.times(share(coat))).collect();
+            return vec![Outgoing { wi, wavelengths, transmitted: false }];
         }
         match &self.bsdf {
             Bsdf::Diffuse(rho) => {
-                let wo = sample_cosine(rng.next2());
-                one(wo, false, &|i| self.paint(rho[i], i, wi, wo))
+                let wi = sample_cosine(rng.next2());
+                one(wi, false, &|i| self.paint(rho[i], i, wo, wi))
             }
             Bsdf::Conductor { metal, energy: None, .. } => {
-                let wo = fresnel::reflect(wi, DVec3::Z);
-                one(wo, false, &|i| self.mirror(metal[i].at(wi.z), i, wi, wo))
+                let wi = fresnel::reflect(wo, DVec3::Z);
+                one(wi, false, &|i| self.mirror(metal[i].at(wo.z), i, wo, wi))
             }
             Bsdf::Conductor { metal, width, energy: Some(energy) } => {
                 let facets = RoughConductor { alpha: *width, energy };
                 let [u0, u1] = rng.next2();
-                let Some(s) = facets.sample(wi, [u0, u1, rng.next()]) else { return vec![] };
-                one(s.wo, false, &|i| s.weight * self.mirror(facets.reflectance(s.lobe, metal[i]), i, wi, s.wo))
+                let Some(s) = facets.sample(wo, [u0, u1, rng.next()]) else { return vec![] };
+                one(s.wi, false, &|i| s.weight * self.mirror(facets.reflectance(s.lobe, metal[i]), i, wo, s.wi))
             }
             Bsdf::Thin(eta, film) => {
-                let r: Vec<f64> = reflectances(film, eta, wi.z, fresnel::thin_pane);
+                let r: Vec<f64> = reflectances(film, eta, wo.z, fresnel::thin_pane);
                 let q = mean(&r);
                 if rng.next() < q {
-                    one(fresnel::reflect(wi, DVec3::Z), false, &|i| r[i] / q)
+                    one(fresnel::reflect(wo, DVec3::Z), false, &|i| r[i] / q)
                 } else {
-                    one(-wi, true, &|i| (1.0 - r[i]) / (1.0 - q))
+                    one(-wo, true, &|i| (1.0 - r[i]) / (1.0 - q))
                 }
             }
             Bsdf::Dielectric { eta, film, energy: None, .. } => {
-                let f: Vec<f64> = reflectances(film, eta, wi.z, fresnel::dielectric);
+                let f: Vec<f64> = reflectances(film, eta, wo.z, fresnel::dielectric);
                 let q = mean(&f);
                 if rng.next() < q {
-                    return one(fresnel::reflect(wi, DVec3::Z), false, &|i| f[i] / q);
+                    return one(fresnel::reflect(wo, DVec3::Z), false, &|i| f[i] / q);
                 }
-                let through = |i: usize| fresnel::refract_flat(wi, eta[i]).unwrap_or(dvec3(wi.x, wi.y, 0.0));
+                let through = |i: usize| fresnel::refract_flat(wo, eta[i]).unwrap_or(dvec3(wo.x, wo.y, 0.0));
                 if eta.iter().all(|&n| n == eta[0]) {
                     return one(through(0), true, &|i| (1.0 - f[i]) / (1.0 - q));
                 }
-                let parted = lanes.iter().enumerate().map(|(i, lane)| Outgoing {
-                    wo: through(i),
-                    lanes: vec![lane.times((1.0 - f[i]) / (1.0 - q))],
+                let parted = wavelengths.iter().enumerate().map(|(i, wavelength)| Outgoing {
+                    wi: through(i),
+                    wavelengths: vec![wavelength.times((1.0 - f[i]) / (1.0 - q))],
                     transmitted: true,
                 });
                 parted.collect()
@@ -234,14 +234,14 @@ impl<'a> Surface<'a> {
                 let mut scatter = |eta: f64| {
                     let [u0, u1] = rng.next2();
                     let [u2, u3] = rng.next2();
-                    RoughDielectric { alpha: *alpha, eta, energy }.sample(wi, [u0, u1, u2, u3])
+                    RoughDielectric { alpha: *alpha, eta, energy }.sample(wo, [u0, u1, u2, u3])
                 };
                 if eta.iter().all(|&n| n == eta[0]) {
-                    return scatter(eta[0]).map_or(vec![], |(wo, weight)| one(wo, wo.z < 0.0, &|_| weight));
+                    return scatter(eta[0]).map_or(vec![], |(wi, weight)| one(wi, wi.z < 0.0, &|_| weight));
                 }
-                let parted = lanes.iter().zip(eta).filter_map(|(lane, &eta)| {
-                    let (wo, weight) = scatter(eta)?;
-                    Some(Outgoing { wo, lanes: vec![lane.times(weight)], transmitted: wo.z < 0.0 })
+                let parted = wavelengths.iter().zip(eta).filter_map(|(wavelength, &eta)| {
+                    let (wi, weight) = scatter(eta)?;
+                    Some(Outgoing { wi, wavelengths: vec![wavelength.times(weight)], transmitted: wi.z < 0.0 })
                 });
                 parted.collect()
             }
@@ -258,7 +258,7 @@ struct Met<'a> {
     /// Index and GGX width of the coat on it.
     coat: Option<(&'a Ior, f64)>,
     sheen: Option<(&'a Sheen, &'a Spectrum)>,
-    film: Option<&'a Film>,
+    film: Option<&'a ThinFilm>,
     grain: Option<Grain>,
 }
 
@@ -270,37 +270,37 @@ impl Stage {
     /// chance; of surfaces that coincide an opaque one counts before dielectrics.
     pub(super) fn meet<'a>(&'a self, path: &mut Path, hits: &[Hit], rng: &mut Rng) -> (Vec<usize>, Option<Scatterer<'a>>) {
         let met: Vec<Met> = hits.iter().map(|h| self.choose(*h, path, rng)).collect();
-        let values = |f: &dyn Fn(f64) -> f64| path.lanes.iter().map(|l| f(l.nm)).collect::<Vec<f64>>();
+        let values = |f: &dyn Fn(f64) -> f64| path.wavelengths.iter().map(|l| f(l.nm)).collect::<Vec<f64>>();
         let outside = values(&|nm| self.scene.interiors[ruling(&self.scene, &path.inside)].ior.eval(nm));
         for &Met { hit, material, coat, sheen, film, grain, .. } in &met {
             let bsdf = match material {
                 Material::Diffuse { reflectance } => Bsdf::Diffuse(values(&|nm| reflectance.eval(nm, hit.uv))),
                 Material::ThinDielectric { ior } => {
                     let stacks = film.map_or(vec![], |film| {
-                        let around = |(l, &n): (&Lane, &f64)| film.between(n, (n, 0.0), l.nm);
-                        path.lanes.iter().zip(&outside).map(around).collect()
+                        let around = |(l, &n): (&WavelengthSample, &f64)| film.between(n, (n, 0.0), l.nm);
+                        path.wavelengths.iter().zip(&outside).map(around).collect()
                     });
                     Bsdf::Thin(values(&|nm| ior.eval(nm)), stacks)
                 }
                 Material::Conductor { eta, k, alpha } => {
                     let around = coat.map_or(outside.clone(), |(ior, _)| values(&|nm| ior.eval(nm)));
-                    let of = |(l, n): (&Lane, &f64)| match film {
+                    let of = |(l, n): (&WavelengthSample, &f64)| match film {
                         Some(film) => Metal::Filmed(film.between(*n, (eta.eval(l.nm), k.eval(l.nm)), l.nm)),
                         None => Metal::Index(eta.eval(l.nm) / n, k.eval(l.nm) / n),
                     };
-                    self.metal(path.lanes.iter().zip(&around).map(of).collect(), *alpha, grain)
+                    self.metal(path.wavelengths.iter().zip(&around).map(of).collect(), *alpha, grain)
                 }
                 Material::ColoredConductor { reflectance, alpha } => {
-                    let of = |l: &Lane| Metal::Reflectance(reflectance.eval(l.nm, hit.uv));
-                    self.metal(path.lanes.iter().map(of).collect(), *alpha, grain)
+                    let of = |l: &WavelengthSample| Metal::Reflectance(reflectance.eval(l.nm, hit.uv));
+                    self.metal(path.wavelengths.iter().map(of).collect(), *alpha, grain)
                 }
                 _ => continue,
             };
-            let of_lane = |(ior, alpha): (&Ior, f64), nm: f64, outside: f64| Coat {
+            let of_wavelength = |(ior, alpha): (&Ior, f64), nm: f64, outside: f64| Coat {
                 eta: ior.eval(nm) / outside,
                 rough: self.energy(alpha, None).map(|e| (alpha, &e.coat)),
             };
-            let coats = |coat| path.lanes.iter().zip(&outside).map(|(l, &n)| of_lane(coat, l.nm, n)).collect();
+            let coats = |coat| path.wavelengths.iter().zip(&outside).map(|(l, &n)| of_wavelength(coat, l.nm, n)).collect();
             let over = Over {
                 coat: coat.map_or(vec![], coats),
                 sheen: sheen.map(|(sheen, color)| (sheen, values(&|nm| color.eval(nm)))),
@@ -315,8 +315,9 @@ impl Stage {
                 let eta = values(&|nm| interiors[far].ior.eval(nm) / interiors[near].ior.eval(nm));
                 let film = met.iter().find(|m| std::ptr::eq(&m.hit, hit)).and_then(|m| m.film);
                 let index = |i: usize, nm: f64| interiors[i].ior.eval(nm);
-                let stack = |l: &Lane, film: &Film| film.between(index(near, l.nm), (index(far, l.nm), 0.0), l.nm);
-                let film = film.map_or(vec![], |film| path.lanes.iter().map(|l| stack(l, film)).collect());
+                let stack =
+                    |l: &WavelengthSample, film: &ThinFilm| film.between(index(near, l.nm), (index(far, l.nm), 0.0), l.nm);
+                let film = film.map_or(vec![], |film| path.wavelengths.iter().map(|l| stack(l, film)).collect());
                 let energy = self.energy(alpha, None).map(|e| &e.dielectric);
                 (beyond, Some((*hit, Bsdf::Dielectric { eta, film, alpha, energy }, Over::default())))
             }
@@ -349,7 +350,7 @@ impl Stage {
             let (a, b, weight) = match material {
                 Material::Mix { a, b, weight } => (a, b, weight),
                 Material::Graded { first, levels, roughness } => {
-                    let (level, share) = level_at(roughness.eval(path.lanes[0].nm, hit.uv), levels);
+                    let (level, share) = level_at(roughness.eval(path.wavelengths[0].nm, hit.uv), levels);
                     index = first + level - levels.start + usize::from(rng.next() < share);
                     continue;
                 }
@@ -372,15 +373,15 @@ impl Stage {
                     continue;
                 }
                 _ => {
-                    let (film, grain) = (self.scene.films.get(&index), self.scene.grains.get(&index).copied());
+                    let (film, grain) = (self.scene.thin_films.get(&index), self.scene.grains.get(&index).copied());
                     return Met { hit, index, material, coat, sheen, film, grain };
                 }
             };
-            let w: Vec<f64> = path.lanes.iter().map(|l| weight.eval(l.nm, hit.uv)).collect();
+            let w: Vec<f64> = path.wavelengths.iter().map(|l| weight.eval(l.nm, hit.uv)).collect();
             let q = w.iter().sum::<f64>() / w.len() as f64;
             let first = rng.next() < q;
-            for (lane, w) in path.lanes.iter_mut().zip(w) {
-                lane.beta *= if first { w / q } else { (1.0 - w) / (1.0 - q) };
+            for (wavelength, w) in path.wavelengths.iter_mut().zip(w) {
+                wavelength.beta *= if first { w / q } else { (1.0 - w) / (1.0 - q) };
             }
             index = if first { *a } else { *b };
         }
@@ -400,7 +401,7 @@ pub(super) fn sheens(scene: &Scene) -> BTreeMap<usize, Sheen> {
 pub(super) fn straight_share(scene: &Scene, index: usize, cos: f64, uv: DVec2, nm: f64) -> f64 {
     match &scene.materials[index] {
         Material::Boundary { .. } => 1.0,
-        Material::ThinDielectric { ior } => match scene.films.get(&index) {
+        Material::ThinDielectric { ior } => match scene.thin_films.get(&index) {
             Some(film) => 1.0 - film.between(1.0, (1.0, 0.0), nm).reflectance(cos),
             None => 1.0 - fresnel::thin_pane(cos, ior.eval(nm)),
         },

@@ -1,7 +1,7 @@
 //! Flight through a homogeneous medium, for all wavelengths of a path at once.
 
 use super::rng::Rng;
-use super::walk::Lane;
+use super::walk::WavelengthSample;
 use crate::scene::Interior;
 
 /// The medium around a path: coefficients per carried wavelength.
@@ -12,9 +12,9 @@ pub(super) struct Medium {
 }
 
 impl Medium {
-    pub(super) fn new(interior: &Interior, lanes: &[Lane]) -> Self {
-        let sigma_s: Vec<f64> = lanes.iter().map(|l| interior.sigma_s.eval(l.nm)).collect();
-        let sigma_t = lanes.iter().zip(&sigma_s).map(|(l, s)| interior.sigma_a.eval(l.nm) + s).collect();
+    pub(super) fn new(interior: &Interior, wavelengths: &[WavelengthSample]) -> Self {
+        let sigma_s: Vec<f64> = wavelengths.iter().map(|l| interior.sigma_s.eval(l.nm)).collect();
+        let sigma_t = wavelengths.iter().zip(&sigma_s).map(|(l, s)| interior.sigma_a.eval(l.nm) + s).collect();
         Self { sigma_t, sigma_s, g: interior.g }
     }
 

@@ -1,7 +1,7 @@
 //! The reference: two small, plain estimators in double precision that the GPU is held to, and that `--device reference` renders with.
 //!
 //! [`Estimator::Backward`] follows paths from the sensor and counts the light they meet; it sees lights of non-zero size. [`Estimator::Forward`]
-//! follows light from its source and joins it to the sensor wherever it scatters; it sees diffuse and rough surfaces and fog, and no surface
+//! follows light from its source and connects it to the sensor wherever it scatters; it sees diffuse and rough surfaces and fog, and no surface
 //! behind smooth glass or in a mirror. Lights without size are not themselves visible to cameras. Neither weighs one way of finding a path
 //! against another: no multiple importance sampling, no next-event estimation backward, one path at a time.
 //!
@@ -11,7 +11,7 @@
 
 mod backward;
 
-mod first_hits;
+mod aov;
 mod forward;
 mod interiors;
 
@@ -26,7 +26,7 @@ use crate::bsdf::energy::EnergyTable;
 use crate::bsdf::sheen::Sheen;
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::film::first_hits::{Albedo, FirstHits};
+use crate::film::aov::{Albedo, AovBuffers};
 use crate::geometry::world::{Ray, World};
 use crate::render::{Halt, Integrator, Renderer};
 use crate::scene::{Estimator, Grain, Scene, Sensor, WavelengthSampling, inside};
@@ -156,8 +156,8 @@ impl Renderer for ReferenceIntegrator {
         format!("reference: paths from {from}, nothing compiled")
     }
 
-    fn first_hits(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<FirstHits> {
-        Ok(self.stage.first_hits(albedos, index, samples))
+    fn aovs(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<AovBuffers> {
+        Ok(self.stage.aovs(albedos, index, samples))
     }
 }
 

@@ -17,7 +17,7 @@ const ROULETTE_AFTER: u32 = 8;
 
 /// One wavelength of a path.
 #[derive(Clone, Copy)]
-pub(super) struct Lane {
+pub(super) struct WavelengthSample {
     /// Film bin.
     pub bin: usize,
     /// Wavelength, nm.
@@ -28,7 +28,7 @@ pub(super) struct Lane {
     pub etendue: f64,
 }
 
-impl Lane {
+impl WavelengthSample {
     pub(super) fn times(self, weight: f64) -> Self {
         Self { beta: self.beta * weight, ..self }
     }
@@ -38,7 +38,7 @@ impl Lane {
 #[derive(Clone)]
 pub(super) struct Path {
     pub ray: Ray,
-    pub lanes: Vec<Lane>,
+    pub wavelengths: Vec<WavelengthSample>,
     /// Interiors around the ray's origin.
     pub inside: Vec<usize>,
     /// Scattering events so far.
@@ -50,13 +50,13 @@ pub(super) struct Path {
 }
 
 impl Path {
-    pub(super) fn new(ray: Ray, lanes: Vec<Lane>, inside: Vec<usize>) -> Self {
-        let start = lanes.iter().map(|l| l.beta).fold(0.0, f64::max);
-        Self { ray, lanes, inside, depth: 0, straight: 0, start }
+    pub(super) fn new(ray: Ray, wavelengths: Vec<WavelengthSample>, inside: Vec<usize>) -> Self {
+        let start = wavelengths.iter().map(|l| l.beta).fold(0.0, f64::max);
+        Self { ray, wavelengths, inside, depth: 0, straight: 0, start }
     }
 
     fn weigh(&mut self, weights: &[f64]) {
-        self.lanes.iter_mut().zip(weights).for_each(|(l, w)| l.beta *= w);
+        self.wavelengths.iter_mut().zip(weights).for_each(|(l, w)| l.beta *= w);
     }
 
     /// Kills the path or strengthens it, so that its flux stays below what it started with.
@@ -64,12 +64,12 @@ impl Path {
         if self.depth < ROULETTE_AFTER {
             return true;
         }
-        let strength = self.lanes.iter().map(|l| l.beta * l.etendue).fold(0.0, f64::max) / self.start;
+        let strength = self.wavelengths.iter().map(|l| l.beta * l.etendue).fold(0.0, f64::max) / self.start;
         if strength < 1.0 {
             if rng.next() >= strength {
                 return false;
             }
-            self.lanes.iter_mut().for_each(|l| l.beta /= strength);
+            self.wavelengths.iter_mut().for_each(|l| l.beta /= strength);
         }
         true
     }
@@ -93,18 +93,18 @@ pub(super) enum Scattering<'a> {
 }
 
 impl Vertex<'_> {
-    /// Density of scattered flux per solid angle of `wo` for wavelength number `lane`.
-    pub(super) fn eval(&self, wo: DVec3, lane: usize) -> f64 {
+    /// Density of scattered flux per solid angle of `wi` for wavelength number `wavelength`.
+    pub(super) fn eval(&self, wi: DVec3, wavelength: usize) -> f64 {
         match &self.scattering {
-            Scattering::Surface(surface) => surface.eval(wo, lane),
-            Scattering::Medium(dir, g) => phase::eval_hg(dir.dot(wo), *g),
+            Scattering::Surface(surface) => surface.eval(wi, wavelength),
+            Scattering::Medium(dir, g) => phase::eval_hg(dir.dot(wi), *g),
         }
     }
 
-    /// Interiors around a ray that leaves along `wo`.
-    pub(super) fn inside_towards(&self, wo: DVec3) -> &[usize] {
+    /// Interiors around a ray that leaves along `wi`.
+    pub(super) fn inside_towards(&self, wi: DVec3) -> &[usize] {
         match &self.scattering {
-            Scattering::Surface(surface) if surface.is_beyond(wo) => self.beyond,
+            Scattering::Surface(surface) if surface.is_beyond(wi) => self.beyond,
             _ => self.inside,
         }
     }
@@ -112,7 +112,7 @@ impl Vertex<'_> {
 
 /// What an estimator records along a path.
 pub(super) trait Observer {
-    /// The path flies `t` along its ray through `medium`; its lanes still weigh what they did at the origin.
+    /// The path flies `t` along its ray through `medium`; its wavelengths still weigh what they did at the origin.
     fn flight(&mut self, _path: &Path, _medium: &Medium, _t: f64) {}
     /// The path has arrived at `hits`.
     fn arrived(&mut self, _path: &Path, _hits: &[Hit]) {}
@@ -134,14 +134,14 @@ impl Stage {
     ) {
         loop {
             // Not `> 0`: a NaN must go on, to be dropped and counted.
-            path.lanes.retain(|l| l.beta != 0.0);
-            if path.lanes.is_empty() || !path.survives(rng) {
+            path.wavelengths.retain(|l| l.beta != 0.0);
+            if path.wavelengths.is_empty() || !path.survives(rng) {
                 return;
             }
             stats.rays += 1;
             let hits = self.world.intersect(&path.ray);
             let t_hit = hits.first().map_or(f64::INFINITY, |h| h.t);
-            let medium = Medium::new(&self.scene.interiors[ruling(&self.scene, &path.inside)], &path.lanes);
+            let medium = Medium::new(&self.scene.interiors[ruling(&self.scene, &path.inside)], &path.wavelengths);
             let scattered = medium.sample_flight(t_hit, rng);
             seen.flight(&path, &medium, scattered.unwrap_or(t_hit));
             if let Some(t) = scattered {
@@ -181,10 +181,10 @@ impl Stage {
             let vertex =
                 Vertex { p: hit.p, on, scattering: Scattering::Surface(&surface), inside: &path.inside, beyond: &beyond };
             seen.vertex(&path, &vertex, rng, stats);
-            let mut parts = surface.sample(&path.lanes, rng).into_iter().map(|o| {
+            let mut parts = surface.sample(&path.wavelengths, rng).into_iter().map(|o| {
                 let inside = if o.transmitted { beyond.clone() } else { path.inside.clone() };
-                let ray = Ray { origin: vertex.p, dir: o.wo, t_min: 0.0, on: vertex.on.clone() };
-                Path { ray, lanes: o.lanes, inside, depth: path.depth + 1, straight: 0, start: path.start }
+                let ray = Ray { origin: vertex.p, dir: o.wi, t_min: 0.0, on: vertex.on.clone() };
+                Path { ray, wavelengths: o.wavelengths, inside, depth: path.depth + 1, straight: 0, start: path.start }
             });
             let mut parts: Vec<Path> = parts.by_ref().collect();
             let Some(last) = parts.pop() else { return };
@@ -207,17 +207,17 @@ impl Stage {
         &self,
         mut ray: Ray,
         inside: &[usize],
-        lanes: &[Lane],
+        wavelengths: &[WavelengthSample],
         mut distance: f64,
         stats: &mut BatchStats,
     ) -> Vec<f64> {
-        let mut share = vec![1.0; lanes.len()];
+        let mut share = vec![1.0; wavelengths.len()];
         let mut inside = inside.to_vec();
         for _ in 0..=MAX_STRAIGHT {
             stats.rays += 1;
             let hits = self.world.intersect(&ray);
             let t = hits.first().map_or(f64::INFINITY, |h| h.t).min(distance);
-            let medium = Medium::new(&self.scene.interiors[ruling(&self.scene, &inside)], lanes);
+            let medium = Medium::new(&self.scene.interiors[ruling(&self.scene, &inside)], wavelengths);
             share.iter_mut().zip(medium.transmittance(t)).for_each(|(s, m)| *s *= m);
             if t >= distance {
                 return share;
@@ -226,7 +226,7 @@ impl Stage {
                 hits.iter().map(|h| (h, self.scene.bare(self.scene.shapes[h.shape].material))).collect();
             for (hit, _) in met.iter().filter(|(_, m)| self.scene.materials[*m].interface().is_none()) {
                 let cos = ray.dir.dot(hit.ns).abs();
-                share.iter_mut().zip(lanes).for_each(|(s, l)| {
+                share.iter_mut().zip(wavelengths).for_each(|(s, l)| {
                     *s *= straight_share(&self.scene, self.scene.shapes[hit.shape].material, cos, hit.uv, l.nm)
                 });
             }
@@ -241,6 +241,6 @@ impl Stage {
             distance -= t;
             ray = Ray { origin: hits[0].p, dir: ray.dir, t_min: 0.0, on: hits.iter().map(|h| h.prim).collect() };
         }
-        vec![0.0; lanes.len()]
+        vec![0.0; wavelengths.len()]
     }
 }

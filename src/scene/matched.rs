@@ -22,7 +22,7 @@ impl Scene {
         }
         for (i, material) in self.materials.iter_mut().enumerate() {
             if let Some(ior) = material.pane()
-                && !self.films.contains_key(&i)
+                && !self.thin_films.contains_key(&i)
                 && Ior::constant(1.0).matches(ior, lo, hi)
             {
                 *material = Material::NOTHING;

@@ -1,8 +1,8 @@
 //! What a scene is made of.
 
 use super::{FilmSettings, Grain, Light, Material, Sensor, Texture};
-use crate::bsdf::film::Stack;
 use crate::bsdf::sheen::Sheen;
+use crate::bsdf::thin_film::Stack;
 use crate::geometry::{Bounds, Geometry, bounds};
 use crate::spectrum::{Ior, Spectrum};
 use std::collections::BTreeMap;
@@ -20,7 +20,7 @@ pub struct Scene {
     /// Materials; shapes and mixes refer to them by index.
     pub materials: Vec<Material>,
     /// Thin films on smooth dielectrics and on conductors, by the index of the material; of a thin dielectric, that it is itself a film.
-    pub films: BTreeMap<usize, Film>,
+    pub thin_films: BTreeMap<usize, ThinFilm>,
     /// Grain of rough conductors, by the index of the material.
     pub grains: BTreeMap<usize, Grain>,
     /// Volumes with an index and a medium; `interiors[0]` surrounds the scene.
@@ -62,14 +62,14 @@ pub enum Estimator {
 
 /// A layer so thin that light interferes in it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Film {
+pub struct ThinFilm {
     /// Its index.
     pub ior: Ior,
     /// Its thickness, nm.
     pub thickness_nm: f64,
 }
 
-impl Film {
+impl ThinFilm {
     /// What it makes at `nm` with a medium of index `near` before it and one of index `n + i k` beyond.
     pub fn between(&self, near: f64, far: (f64, f64), nm: f64) -> Stack {
         Stack { near, film: self.ior.eval(nm), waves: self.thickness_nm / nm, far }

@@ -54,7 +54,7 @@ fn check_says_what_will_be_rendered_and_what_is_wrong() {
     std::fs::write(folder.0.join("many.json"), many).unwrap();
     let many = text(&folder.run(&["check", "many.json"]).stdout);
     assert!(many.lines().any(|line| line.starts_with("light: point light of ") && line.ends_with("lm (50 times)")), "{many}");
-    let blind = text(&folder.run(&["check", "glass.json", "--without", "light-paths", "--without", "gathering"]).stdout);
+    let blind = text(&folder.run(&["check", "glass.json", "--without", "light-paths", "--without", "merging"]).stdout);
     for part in ["warning: not found: caustics of point lights", "--without", "2 warnings"] {
         assert!(blind.contains(part), "no '{part}' in {blind}");
     }

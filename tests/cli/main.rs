@@ -55,7 +55,7 @@ fn options_override_the_scene() {
 }
 
 #[test]
-fn first_hits_are_in_the_file_where_asked_for() {
+fn aovs_are_in_the_file_where_asked_for() {
     let folder = Folder::new("aov");
     let render = |aov: &[&str]| {
         let output = folder.run(&[&["render", "ball.json", "--device", "reference", "--spp", "2", "--quiet"], aov].concat());

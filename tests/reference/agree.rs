@@ -21,7 +21,7 @@ fn backward_and_forward_agree_on_a_caustic_of_dispersive_glass() {
 #[test]
 fn backward_and_forward_agree_on_rough_surfaces_through_a_pane_and_a_lens() {
     let mut s = room(2, 4);
-    // A pane counts as an event where a path is sampled through it, not where it is joined through it.
+    // A pane counts as an event where a path is sampled through it, not where it is connected through it.
     s.max_depth = 64;
     let frosted = glass(&mut s, Interior { ior: flint(), sigma_a: ramp(0.0, 1.0), ..solid("flint", 1.0, 1) }, 0.4);
     shape(&mut s, frosted, sphere(dvec3(-0.45, 0.5, 0.0), 0.45));

@@ -281,7 +281,7 @@ fn ball_lens_focuses_where_it_should() {
 }
 
 #[test]
-fn ball_gathers_collimated_light_as_computed() {
+fn ball_merges_collimated_light_as_computed() {
     // Share of the flux that falls on the ball and lands within rho on the plane 1.5 R behind its centre after two refractions.
     let mut s = scene(
         60,

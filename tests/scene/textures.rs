@@ -303,8 +303,8 @@ fn gltf_iridescence_is_a_film_on_metal_and_glass() {
         let scene = folder.gltf(&document(json!({"pbrMetallicRoughness": pbr, "extensions": extensions}))).unwrap();
         let Material::Mix { a, b, weight } = &scene.materials[scene.shapes[0].material] else { panic!("no mixture") };
         assert_eq!(weight.average(500.0), 0.5);
-        assert_eq!(scene.films[a], abbe::scene::Film { ior: abbe::spectrum::Ior::constant(1.8), thickness_nm: 300.0 });
-        assert!(!scene.films.contains_key(b));
+        assert_eq!(scene.thin_films[a], abbe::scene::ThinFilm { ior: abbe::spectrum::Ior::constant(1.8), thickness_nm: 300.0 });
+        assert!(!scene.thin_films.contains_key(b));
         match &scene.materials[*a] {
             Material::Conductor { alpha, .. } => assert_eq!((metallic, *alpha), (1.0, 0.25)),
             Material::Dielectric { alpha, .. } => assert_eq!((metallic, *alpha), (0.0, 0.0)),
@@ -315,7 +315,7 @@ fn gltf_iridescence_is_a_film_on_metal_and_glass() {
     let paint = json!({"pbrMetallicRoughness": pbr, "extensions": {"KHR_materials_iridescence": film}});
     let scene = folder.gltf(&document(paint)).unwrap();
     assert!(
-        scene.films.is_empty() && scene.notes.iter().any(|n| n.contains("iridescence of what is neither")),
+        scene.thin_films.is_empty() && scene.notes.iter().any(|n| n.contains("iridescence of what is neither")),
         "{:?}",
         scene.notes
     );
@@ -326,9 +326,9 @@ fn films_lie_on_smooth_glass_and_known_metal() {
     let folder = Folder::new("scene-films");
     let scene = |material: &str| folder.scene(&scene_with("materials", &format!(r#"{{"m": {material}}}"#)));
     let soap = scene(r#"{"thin_dielectric": {"ior": 1.33, "thickness": 400}}"#).unwrap();
-    assert_eq!((soap.films[&0].thickness_nm, soap.films[&0].ior.eval(500.0)), (400.0, 1.33));
+    assert_eq!((soap.thin_films[&0].thickness_nm, soap.thin_films[&0].ior.eval(500.0)), (400.0, 1.33));
     let oxide = scene(r#"{"conductor": {"metal": "Ti", "alpha": 0.2, "thin_film": {"thickness": 120, "ior": 2.5}}}"#).unwrap();
-    assert_eq!(oxide.films[&0].thickness_nm, 120.0);
+    assert_eq!(oxide.thin_films[&0].thickness_nm, 120.0);
     for (bad, says) in [
         (r#"{"dielectric": {"ior": 1.5, "alpha": 0.1, "thin_film": {"thickness": 120, "ior": 1.3}}}"#, "a film on rough glass"),
         (r#"{"conductor": {"reflectance": 0.5, "thin_film": {"thickness": 120, "ior": 1.3}}}"#, "depends on the metal's index"),

@@ -41,7 +41,7 @@ pub fn scene(width: u32, height: u32, count: u32, sensor: Sensor) -> Scene {
         },
         sensor,
         materials: vec![Material::Diffuse { reflectance: flat(0.5).into() }],
-        films: Default::default(),
+        thin_films: Default::default(),
         grains: Default::default(),
         interiors: vec![air()],
         shapes: vec![],

@@ -11,10 +11,10 @@ use serde_json::{Value, json};
 
 /// The camera pass alone: what light paths cost is a question of methods.
 const CAMERA: Techniques = Techniques {
-    chance_hits: true,
-    light_samples: true,
+    bsdf_sampling: true,
+    next_event_estimation: true,
     light_paths: false,
-    gathering: false,
+    merging: false,
     guiding: false,
     adaptive_sampling: false,
 };

@@ -10,16 +10,16 @@ pub enum Method {
     All,
     /// As many camera paths in every pixel
     Even,
-    /// Backward path tracing with light samples, weighted with chance hits
+    /// Backward path tracing with next-event estimation, weighted with BSDF-sampled emitter hits
     Backward,
-    /// Plain backward path tracing: chance hits alone
+    /// Plain backward path tracing: BSDF-sampled emitter hits alone
     Plain,
     /// Light paths unguided
     Unguided,
-    /// Light paths not gathered
-    Ungathered,
-    /// Light paths gathered, but not joined to the sensor
-    Unjoined,
+    /// Light paths not merged
+    Unmerged,
+    /// Light paths merged, but not connected to the sensor
+    Unconnected,
 }
 
 impl Method {
@@ -28,17 +28,17 @@ impl Method {
         match self {
             Method::All => &[],
             Method::Even => &[Technique::AdaptiveSampling],
-            Method::Backward => &[Technique::LightPaths, Technique::Gathering, Technique::Guiding, Technique::AdaptiveSampling],
+            Method::Backward => &[Technique::LightPaths, Technique::Merging, Technique::Guiding, Technique::AdaptiveSampling],
             Method::Plain => &[
-                Technique::LightSamples,
+                Technique::NextEventEstimation,
                 Technique::LightPaths,
-                Technique::Gathering,
+                Technique::Merging,
                 Technique::Guiding,
                 Technique::AdaptiveSampling,
             ],
             Method::Unguided => &[Technique::Guiding],
-            Method::Ungathered => &[Technique::Gathering],
-            Method::Unjoined => &[Technique::LightPaths],
+            Method::Unmerged => &[Technique::Merging],
+            Method::Unconnected => &[Technique::LightPaths],
         }
     }
 }
@@ -51,8 +51,8 @@ impl fmt::Display for Method {
             Method::Backward => "backward",
             Method::Plain => "plain",
             Method::Unguided => "unguided",
-            Method::Ungathered => "ungathered",
-            Method::Unjoined => "unjoined",
+            Method::Unmerged => "unmerged",
+            Method::Unconnected => "unconnected",
         })
     }
 }

@@ -29,7 +29,7 @@ const SAMPLES: u64 = 1 << 22;
 /// Measures all sizes.
 pub fn run(args: &Args, report: &mut Report) -> Result<()> {
     let camera =
-        Techniques { light_paths: false, gathering: false, guiding: false, adaptive_sampling: false, ..Techniques::default() };
+        Techniques { light_paths: false, merging: false, guiding: false, adaptive_sampling: false, ..Techniques::default() };
     let mut first: Option<Value> = None;
     for size in CAMERA_SIZES {
         let row = measure(args, &Value::Null, size, camera)?;

@@ -78,13 +78,13 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures) -> 
             }
         })
         .collect();
-    for (&material, film) in &scene.films {
-        materials[material].c = film_rows(film, rows)?;
+    for (&material, film) in &scene.thin_films {
+        materials[material].c = thin_film_rows(film, rows)?;
     }
     Ok((materials, tables.entries))
 }
 
-fn film_rows(film: &scene::Film, rows: &mut Rows) -> Result<u32> {
+fn thin_film_rows(film: &scene::ThinFilm, rows: &mut Rows) -> Result<u32> {
     let [index, waves] = [SpectrumRow::Ior(film.ior.clone()), SpectrumRow::Waves(film.thickness_nm)].map(|row| rows.add(row));
     if index.max(waves) > 0xffff {
         return Err(Error::usage("the scene has too many spectra for its thin films", "share materials between shapes"));

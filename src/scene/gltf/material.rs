@@ -10,7 +10,7 @@ use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
 use crate::scene::json::materials::THICKEST_FILM;
 use crate::scene::roughness::Roughness;
-use crate::scene::{Emission, Film, Grain, Interior, Material, Texture};
+use crate::scene::{Emission, Grain, Interior, Material, Texture, ThinFilm};
 use crate::spectrum::library::Observer;
 use crate::spectrum::{Ior, Spectrum};
 
@@ -289,7 +289,7 @@ impl<'n> Reader<'_, 'n, '_> {
     }
 
     /// The film that makes a surface iridescent, and how much of it there is.
-    fn film(&mut self) -> Result<Option<(Texture, Film)>> {
+    fn film(&mut self) -> Result<Option<(Texture, ThinFilm)>> {
         let Some(node) = self.extension("KHR_materials_iridescence") else { return Ok(None) };
         let share = self.share(factor(Some(&node), "iridescenceFactor", 0.0, 1.0)?, "iridescenceTexture", 0, None)?;
         let ior = Ior::constant(node.get("iridescenceIor").map_or(Ok(1.3), |n| n.within(1.0, 5.0))?);
@@ -297,22 +297,28 @@ impl<'n> Reader<'_, 'n, '_> {
         if node.get("iridescenceThicknessTexture").is_some() {
             self.note("films are of one thickness: of its picture the greatest counts (KHR_materials_iridescence)");
         }
-        Ok((!share.is_zero() && thickness_nm > 0.0).then_some((share, Film { ior, thickness_nm })))
+        Ok((!share.is_zero() && thickness_nm > 0.0).then_some((share, ThinFilm { ior, thickness_nm })))
     }
 
-    fn filmed_glass(&mut self, bare: usize, film: &Option<(Texture, Film)>) -> Result<usize> {
+    fn filmed_glass(&mut self, bare: usize, film: &Option<(Texture, ThinFilm)>) -> Result<usize> {
         let Some((share, film)) = film else { return Ok(bare) };
         let Material::Dielectric { alpha: 0.0, .. } = self.loader.scene.materials[bare] else {
             self.note("iridescence of rough glass and of thin panes: ignored (KHR_materials_iridescence)");
             return Ok(bare);
         };
         let filmed = self.push(self.loader.scene.materials[bare].clone());
-        self.loader.put_film(filmed, film);
+        self.loader.put_thin_film(filmed, film);
         Ok(self.mix(filmed, bare, share.clone()))
     }
 
     /// What a film does depends on the metal's index: that of a dielectric with its reflectance, (n - 1)^2 / (n + 1)^2, as the extension has it.
-    fn filmed_metal(&mut self, bare: usize, reflectance: &Texture, rough: &Roughness, film: &Option<(Texture, Film)>) -> usize {
+    fn filmed_metal(
+        &mut self,
+        bare: usize,
+        reflectance: &Texture,
+        rough: &Roughness,
+        film: &Option<(Texture, ThinFilm)>,
+    ) -> usize {
         let Some((share, film)) = film else { return bare };
         let Texture::Uniform(reflectance) = reflectance else {
             self.note("iridescence of metals of a pictured colour: ignored (KHR_materials_iridescence)");
@@ -322,7 +328,7 @@ impl<'n> Reader<'_, 'n, '_> {
         let eta = sampled(self.loader.reader.range, |nm| index(reflectance.eval(nm)));
         let conductor = |alpha| Material::Conductor { eta: eta.clone(), k: Spectrum::Constant(0.0), alpha };
         let filmed = self.push_rough(rough, conductor);
-        self.loader.put_film(filmed, film);
+        self.loader.put_thin_film(filmed, film);
         self.mix(filmed, bare, share.clone())
     }
 

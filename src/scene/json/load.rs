@@ -101,7 +101,7 @@ impl Loader {
             film,
             sensor,
             materials: Vec::new(),
-            films: BTreeMap::new(),
+            thin_films: BTreeMap::new(),
             grains: BTreeMap::new(),
             interiors: Vec::new(),
             shapes: Vec::<Shape>::new(),

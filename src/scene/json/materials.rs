@@ -7,7 +7,7 @@ use crate::scene::json::Node;
 use crate::scene::json::keys::Keys;
 use crate::scene::json::load::Loader;
 use crate::scene::json::spectra::Place;
-use crate::scene::{Film, Interior, Material};
+use crate::scene::{Interior, Material, ThinFilm};
 use crate::spectrum::{Ior, Spectrum, library};
 use std::collections::HashMap;
 
@@ -121,7 +121,7 @@ impl Materials {
         let film = film(loader, node, &material)?;
         loader.scene.materials[index] = material;
         if let Some(film) = film {
-            loader.put_film(index, &film);
+            loader.put_thin_film(index, &film);
         }
         if let Some(node) = node.get("conductor").and_then(|inner| inner.get("anisotropy")) {
             if let Material::Conductor { alpha: 0.0, .. } | Material::ColoredConductor { alpha: 0.0, .. } =
@@ -234,10 +234,10 @@ impl Interior {
 
 impl Loader {
     /// Puts a film on the material at this index, or on what it is made of.
-    pub(in crate::scene) fn put_film(&mut self, index: usize, film: &Film) {
+    pub(in crate::scene) fn put_thin_film(&mut self, index: usize, film: &ThinFilm) {
         let simple = |i: &usize| self.scene.materials[*i].parts().is_empty();
         let filmed: Vec<usize> = self.scene.made_of(index).into_iter().filter(simple).collect();
-        self.scene.films.extend(filmed.into_iter().map(|i| (i, film.clone())));
+        self.scene.thin_films.extend(filmed.into_iter().map(|i| (i, film.clone())));
     }
 
     /// The index of the material that `node` names.
@@ -250,7 +250,7 @@ impl Loader {
 }
 
 /// The film on a material, or of a pane that is one itself.
-fn film(loader: &Loader, node: &Node, material: &Material) -> Result<Option<Film>> {
+fn film(loader: &Loader, node: &Node, material: &Material) -> Result<Option<ThinFilm>> {
     let (_, inner) = node.one_of(MATERIALS)?;
     let (Some(node), own_ior) = (match material {
         Material::ThinDielectric { ior } => (inner.get("thickness").map(|_| inner.clone()), Some(ior)),
@@ -272,7 +272,7 @@ fn film(loader: &Loader, node: &Node, material: &Material) -> Result<Option<Film
         _ => {}
     }
     let ior = own_ior.map_or_else(|| loader.reader.ior(&node.need("ior")?), |ior| Ok(ior.clone()))?;
-    Ok(Some(Film { ior, thickness_nm: node.need("thickness")?.within(0.0, THICKEST_FILM)? }))
+    Ok(Some(ThinFilm { ior, thickness_nm: node.need("thickness")?.within(0.0, THICKEST_FILM)? }))
 }
 
 fn medium(loader: &Loader, node: &Node) -> Result<Medium> {

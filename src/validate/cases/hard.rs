@@ -119,7 +119,7 @@ fn bubble() -> Case {
 /// A view of light that total reflection keeps in, by camera paths alone: light paths would stay in for ever. One path at a time, since lavapipe bounds
 /// the turns of a shader's loops.
 fn trapped(scene: Value) -> View {
-    let techniques = Techniques { light_paths: false, gathering: false, ..Techniques::default() };
+    let techniques = Techniques { light_paths: false, merging: false, ..Techniques::default() };
     View { scales: false, techniques, ..View::new(scene, 1) }
 }
 

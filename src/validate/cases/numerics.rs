@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 pub(super) fn cases() -> Vec<Case> {
-    vec![no_dispersion(), channels(), scale(), mesh_refinement(), convergence(), gathering_convergence(), determinism()]
+    vec![no_dispersion(), channels(), scale(), mesh_refinement(), convergence(), merging_convergence(), determinism()]
 }
 
 /// Parallel light through a ball of glass onto an irradiance sensor around the focus.
@@ -199,7 +199,7 @@ fn convergence() -> Case {
             {"disc": {"center": [0, 3, 0], "normal": [0, -1, 0], "radius": 1}, "emission": {"radiance": 5}},
         ],
     });
-    let techniques = Techniques { gathering: false, ..Techniques::default() };
+    let techniques = Techniques { merging: false, ..Techniques::default() };
     let view = |i: usize| View {
         seed: 1 + i as u64,
         scales: false,
@@ -213,14 +213,14 @@ fn convergence() -> Case {
     });
     Case {
         id: "convergence",
-        title: "slope of log squared error over log samples, no gathering: fog around glass",
+        title: "slope of log squared error over log samples, no merging: fog around glass",
         views: (0..6).map(view).collect(),
         rows: vec![row],
     }
 }
 
-/// A floor seen through a pane by gathering alone, and by chance hits and light samples as its truth.
-fn gathering_convergence() -> Case {
+/// A floor seen through a pane by merging alone, and by BSDF-sampled emitter hits and next-event estimation as its truth.
+fn merging_convergence() -> Case {
     let scene = json!({
         "film": film(16, 16, 2),
         "camera": {"orthographic": {"eye": [0, 3, 0], "target": [0, 0, 0], "up": [0, 0, -1], "height": 2}},
@@ -232,9 +232,9 @@ fn gathering_convergence() -> Case {
             {"disc": {"center": [3, 4, 0], "normal": [-0.6, -0.8, 0], "radius": 1}, "emission": {"radiance": 5}},
         ],
     });
-    let alone = Techniques { chance_hits: false, light_samples: false, ..Techniques::default() };
-    let plain = Techniques { gathering: false, light_paths: false, ..Techniques::default() };
-    let gathered = |i: usize| View {
+    let alone = Techniques { bsdf_sampling: false, next_event_estimation: false, ..Techniques::default() };
+    let plain = Techniques { merging: false, light_paths: false, ..Techniques::default() };
+    let merged = |i: usize| View {
         seed: 1 + i as u64,
         scales: false,
         techniques: alone,
@@ -242,15 +242,15 @@ fn gathering_convergence() -> Case {
         ..View::new(scene.clone(), SAMPLES[i])
     };
     let truth = |seed| View { seed, scales: false, techniques: plain, ..View::new(scene.clone(), 256) };
-    let row = Row::new("convergence/gathering", -2.0 / 3.0, 0.08, |f: &[Film]| {
+    let row = Row::new("convergence/merging", -2.0 / 3.0, 0.08, |f: &[Film]| {
         // Net of the variance of the truth, by its two pictures.
         let mse = |i: usize| squared_difference(&f[i], &f[3]) - 0.5 * squared_difference(&f[3], &f[4]);
         vec![slope(&[0, 1, 2].map(|i| (f64::from(SAMPLES[i]), mse(i))))]
     });
     Case {
-        id: "gathering-convergence",
-        title: "the same, gathering alone",
-        views: (0..3).map(gathered).chain([truth(8), truth(9)]).collect(),
+        id: "merging-convergence",
+        title: "the same, merging alone",
+        views: (0..3).map(merged).chain([truth(8), truth(9)]).collect(),
         rows: vec![row.floor(0.1)],
     }
 }

@@ -20,11 +20,11 @@ fn facets_are_spread_and_seen_as_mitsuba_has_it() {
     for row in rows {
         let list = |key: &str| row[key].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect::<Vec<_>>();
         let direction = |key| DVec3::from_slice(&list(key)).normalize();
-        let (wi, wo, width) = (direction("wi"), direction("wo"), Width { x: list("width")[0], y: list("width")[1] });
-        let m = (wi + wo).normalize();
+        let (wo, wi, width) = (direction("wi"), direction("wo"), Width { x: list("width")[0], y: list("width")[1] });
+        let m = (wo + wi).normalize();
         // Its shadowing is a product of both sides', ours takes them together.
-        let value = ggx::d(width, m) * ggx::g1(width, wi) * ggx::g1(width, wo) / (4.0 * wi.z);
-        let pdf = ggx::pdf_vndf(width, wi, m) / (4.0 * wi.dot(m));
+        let value = ggx::d(width, m) * ggx::g1(width, wo) * ggx::g1(width, wi) / (4.0 * wo.z);
+        let pdf = ggx::pdf_vndf(width, wo, m) / (4.0 * wo.dot(m));
         for (ours, theirs) in [(value, &row["value"]), (pdf, &row["pdf"])] {
             let theirs = theirs.as_f64().unwrap();
             // Theirs is in single precision.
@@ -39,13 +39,13 @@ fn directions_are_sampled_with_the_density_that_is_claimed() {
     for width in [Width { x: 0.8, y: 0.25 }, Width { x: 0.3, y: 0.9 }] {
         let table = EnergyTable::brushed(width);
         for mu in [0.15, 0.7] {
-            let (wi, b) = (tilted(mu), RoughConductor { alpha: width, energy: &table });
+            let (wo, b) = (tilted(mu), RoughConductor { alpha: width, energy: &table });
             chi_square(
                 &format!("vndf {width:?}"),
-                |m| ggx::pdf_vndf(width, wi, m),
-                |r| Some(ggx::sample_vndf(width, wi, r.array())),
+                |m| ggx::pdf_vndf(width, wo, m),
+                |r| Some(ggx::sample_vndf(width, wo, r.array())),
             );
-            chi_square(&format!("brushed {width:?} {mu}"), |w| b.pdf(wi, w), |r| b.sample(wi, r.array()).map(|s| s.wo));
+            chi_square(&format!("brushed {width:?} {mu}"), |w| b.pdf(wo, w), |r| b.sample(wo, r.array()).map(|s| s.wi));
         }
     }
 }
@@ -76,12 +76,12 @@ fn energy_lost_to_single_scattering_is_given_back_in_every_direction() {
         let metal = RoughConductor { alpha: width, energy: &table };
         for mu in [0.1f64, 0.3, 0.7, 0.95] {
             for azimuth in [0.0f64, 0.4, 0.8, 1.1, 1.3, 1.5, 0.5 * PI, 2.5, 4.0] {
-                let wi = dvec3(azimuth.cos() * (1.0 - mu * mu).sqrt(), azimuth.sin() * (1.0 - mu * mu).sqrt(), mu);
+                let wo = dvec3(azimuth.cos() * (1.0 - mu * mu).sqrt(), azimuth.sin() * (1.0 - mu * mu).sqrt(), mu);
                 let mut random = Random(9);
                 const N: usize = 100_000;
                 let (mut sum, mut squares) = (0.0, 0.0);
                 for _ in 0..N {
-                    let w = metal.sample(wi, random.array()).map_or(0.0, |s| s.weight);
+                    let w = metal.sample(wo, random.array()).map_or(0.0, |s| s.weight);
                     sum += w;
                     squares += w * w;
                 }

@@ -5,7 +5,7 @@ use abbe::bsdf::coat::Coat;
 use abbe::bsdf::conductor::RoughConductor;
 use abbe::bsdf::dielectric::RoughDielectric;
 use abbe::bsdf::energy::EnergyTable;
-use abbe::bsdf::film::Stack;
+use abbe::bsdf::thin_film::Stack;
 use abbe::bsdf::{fresnel, ggx, phase, sample_cosine};
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;
@@ -105,14 +105,14 @@ fn directions_are_sampled_with_the_density_that_is_claimed() {
     for alpha in [0.3, 0.8] {
         let (table, mirror) = (EnergyTable::dielectric(alpha), EnergyTable::conductor(alpha));
         for mu in [0.15, 0.7] {
-            let wi = tilted(mu);
-            chi_square("vndf", |m| ggx::pdf_vndf(alpha, wi, m), |r| Some(ggx::sample_vndf(alpha, wi, r.array())));
+            let wo = tilted(mu);
+            chi_square("vndf", |m| ggx::pdf_vndf(alpha, wo, m), |r| Some(ggx::sample_vndf(alpha, wo, r.array())));
             for eta in [1.5, 1.0 / 1.5] {
                 let b = RoughDielectric { alpha, eta, energy: &table };
-                chi_square(&format!("dielectric {alpha} {mu} {eta}"), |w| b.pdf(wi, w), |r| b.sample(wi, r.array()).map(|s| s.0));
+                chi_square(&format!("dielectric {alpha} {mu} {eta}"), |w| b.pdf(wo, w), |r| b.sample(wo, r.array()).map(|s| s.0));
             }
             let b = RoughConductor { alpha: alpha.into(), energy: &mirror };
-            chi_square(&format!("conductor {alpha} {mu}"), |w| b.pdf(wi, w), |r| b.sample(wi, r.array()).map(|s| s.wo));
+            chi_square(&format!("conductor {alpha} {mu}"), |w| b.pdf(wo, w), |r| b.sample(wo, r.array()).map(|s| s.wi));
         }
     }
 }
@@ -123,15 +123,15 @@ fn weights_of_rough_samples_are_value_over_density() {
     let (alpha, mut random) = (0.5, Random(3));
     let table = EnergyTable::dielectric(alpha);
     for eta in [1.5, 1.0 / 1.5] {
-        let (b, wi) = (RoughDielectric { alpha, eta, energy: &table }, tilted(0.6));
+        let (b, wo) = (RoughDielectric { alpha, eta, energy: &table }, tilted(0.6));
         for side in [1.0, -1.0] {
             const N: usize = 400_000;
             // Mean and standard error of the difference, weighted so that directions count.
             let (mut sum, mut difference, mut squares) = (0.0, 0.0, 0.0);
             for _ in 0..N {
-                let by_weight = b.sample(wi, random.array()).filter(|s| s.0.z * side > 0.0).map_or(0.0, |s| s.1 * s.0.x.abs());
-                let wo = sample_cosine(random.array());
-                let by_value = b.eval(wi, dvec3(wo.x, wo.y, wo.z * side)) * PI / wo.z * wo.x.abs();
+                let by_weight = b.sample(wo, random.array()).filter(|s| s.0.z * side > 0.0).map_or(0.0, |s| s.1 * s.0.x.abs());
+                let wi = sample_cosine(random.array());
+                let by_value = b.eval(wo, dvec3(wi.x, wi.y, wi.z * side)) * PI / wi.z * wi.x.abs();
                 sum += by_value;
                 difference += by_weight - by_value;
                 squares += (by_weight - by_value).powi(2);
@@ -174,8 +174,8 @@ fn energy_lost_to_single_scattering_is_given_back() {
             const N: usize = 150_000;
             let (mut sum, mut squares) = (0.0, 0.0);
             for _ in 0..N {
-                let wi = sample_cosine(random.array());
-                let w = b.sample(wi, random.array()).map_or(0.0, |s| s.1);
+                let wo = sample_cosine(random.array());
+                let w = b.sample(wo, random.array()).map_or(0.0, |s| s.1);
                 sum += w;
                 squares += w * w;
             }
@@ -202,12 +202,12 @@ fn a_coat_on_white_reflects_all_light_and_on_a_perfect_mirror_if_it_is_smooth() 
     for case in &coats() {
         let (coat, mut random) = (coat(case), Random(5));
         for mu in [0.02, 0.1, 0.3, 0.6, 0.95] {
-            let wi = tilted(mu);
+            let wo = tilted(mu);
             let (mut sum, mut squares) = (0.0, 0.0);
             const N: usize = 100_000;
             for _ in 0..N {
                 // The coat's own reflection, and what comes from the base, whose samples have the density cos / pi.
-                let own = coat.sample(wi, random.array()).map_or(0.0, |(_, w, cos)| w * fresnel::dielectric(cos, coat.eta));
+                let own = coat.sample(wo, random.array()).map_or(0.0, |(_, w, cos)| w * fresnel::dielectric(cos, coat.eta));
                 let below = coat.over_diffuse(1.0, mu, sample_cosine(random.array()).z);
                 sum += own + below;
                 squares += (own + below).powi(2);
@@ -240,12 +240,12 @@ fn coats_are_reciprocal_and_rough_ones_are_sampled_with_their_density() {
             assert!(coat.over_mirror(1.0, a.z, b.z) <= coat.transmittance(a.z) * (1.0 + 1e-12));
         }
         if case.1 > 0.1 {
-            let wi = tilted(0.6);
+            let wo = tilted(0.6);
             let pdf = |w: DVec3| {
-                let m = (wi + w).normalize();
-                if w.z > 0.0 { ggx::pdf_vndf(case.1, wi, m) / (4.0 * wi.dot(m)) } else { 0.0 }
+                let m = (wo + w).normalize();
+                if w.z > 0.0 { ggx::pdf_vndf(case.1, wo, m) / (4.0 * wo.dot(m)) } else { 0.0 }
             };
-            chi_square(&format!("coat {} {}", case.0, case.1), pdf, |r| coat.sample(wi, r.array()).map(|s| s.0));
+            chi_square(&format!("coat {} {}", case.0, case.1), pdf, |r| coat.sample(wo, r.array()).map(|s| s.0));
         }
     }
 }

@@ -18,10 +18,10 @@ fn sheen_is_the_published_formula_where_that_makes_no_light() {
             let [x, y, z] = [0, 1, 2].map(|i| row[key][i].as_f64().unwrap());
             dvec3(x, y, z).normalize()
         };
-        let (sheen, wi, wo) = (Sheen::new(number(row, "alpha"), 1.0), direction("wi"), direction("wo"));
-        let limit = sheen.albedo(wi.z).max(sheen.albedo(wo.z)).max(1.0);
+        let (sheen, wo, wi) = (Sheen::new(number(row, "alpha"), 1.0), direction("wi"), direction("wo"));
+        let limit = sheen.albedo(wo.z).max(sheen.albedo(wi.z)).max(1.0);
         as_published += u32::from(limit == 1.0);
-        let (ours, theirs) = (sheen.eval(wi, wo) / wo.z * limit, number(row, "value"));
+        let (ours, theirs) = (sheen.eval(wo, wi) / wi.z * limit, number(row, "value"));
         assert!((ours - theirs).abs() <= 1e-6 * theirs, "{row}: {ours}");
     }
     assert!(as_published >= 16, "{as_published}");
@@ -53,7 +53,7 @@ fn sheen_makes_no_light_over_white() {
     for alpha in WIDTHS {
         let sheen = Sheen::new(alpha, 1.0);
         for mu in [0.003f64, 0.01, 0.03, 0.1, 0.3, 0.7, 1.0] {
-            let wi = dvec3((1.0 - mu * mu).sqrt(), 0.0, mu);
+            let wo = dvec3((1.0 - mu * mu).sqrt(), 0.0, mu);
             // The midpoint rule over a square of the root of the cosine and the azimuth.
             const STEPS: usize = 400;
             let (mut own, mut below) = (0.0, 0.0);
@@ -63,7 +63,7 @@ fn sheen_makes_no_light_over_white() {
                 below += 4.0 * x * z * sheen.over(mu, z) / STEPS as f64;
                 for k in 0..STEPS {
                     let phi = PI * (k as f64 + 0.5) / STEPS as f64;
-                    own += 4.0 * PI * x * sheen.eval(wi, dvec3(r * phi.cos(), r * phi.sin(), z)) / (STEPS * STEPS) as f64;
+                    own += 4.0 * PI * x * sheen.eval(wo, dvec3(r * phi.cos(), r * phi.sin(), z)) / (STEPS * STEPS) as f64;
                 }
             }
             println!("alpha {alpha} mu {mu}: own {own:.4}, below {below:.4}, together {:.4}", own + below);

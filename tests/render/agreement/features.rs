@@ -31,7 +31,7 @@ fn rough_glass(alpha: f64) -> Scene {
     ball(4, |s| glass(s, Interior { ior: flint(), sigma_a: ramp(0.0, 0.5), ..solid("flint", 1.0, 1) }, alpha))
 }
 
-/// A floor seen through a pane that all light to it passes too, under a lamp that is nowhere to be seen: without chance hits only gathering finds anything.
+/// A floor seen through a pane that all light to it passes too, under a lamp that is nowhere to be seen: without BSDF-sampled emitter hits only merging finds anything.
 fn floor_under_glass() -> Scene {
     let mut s = scene(16, 16, 4, pinhole(dvec3(0.0, 2.2, 0.0), DVec3::ZERO, 0.15));
     s.max_depth = 16;
@@ -93,15 +93,15 @@ fn mixture() -> Scene {
 /// A soap bubble, glass with a film, and rough metal with one.
 fn films() -> Scene {
     let mut s = hall(4);
-    let film = |n: f64, thickness_nm: f64| Film { ior: Ior::constant(n), thickness_nm };
+    let film = |n: f64, thickness_nm: f64| ThinFilm { ior: Ior::constant(n), thickness_nm };
     let soap = material(&mut s, Material::ThinDielectric { ior: Ior::constant(1.33) });
-    s.films.insert(soap, film(1.33, 350.0));
+    s.thin_films.insert(soap, film(1.33, 350.0));
     shape(&mut s, soap, sphere(dvec3(-0.7, 0.5, 0.2), 0.34));
     let flint = glass(&mut s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0);
-    s.films.insert(flint, film(2.4, 120.0));
+    s.thin_films.insert(flint, film(2.4, 120.0));
     shape(&mut s, flint, sphere(dvec3(0.0, 0.5, 0.2), 0.34));
     let metal = material(&mut s, Material::Conductor { eta: ramp(0.6, 1.2), k: ramp(2.0, 4.0), alpha: 0.3 });
-    s.films.insert(metal, film(1.9, 250.0));
+    s.thin_films.insert(metal, film(1.9, 250.0));
     shape(&mut s, metal, sphere(dvec3(0.7, 0.5, 0.2), 0.34));
     s
 }
@@ -110,7 +110,7 @@ fn films() -> Scene {
 fn film_on_plain_glass() -> Scene {
     let mut s = hall(4);
     let glass = glass(&mut s, solid("glass", 1.5, 1), 0.0);
-    s.films.insert(glass, Film { ior: Ior::constant(2.4), thickness_nm: 130.0 });
+    s.thin_films.insert(glass, ThinFilm { ior: Ior::constant(2.4), thickness_nm: 130.0 });
     shape(&mut s, glass, sphere(dvec3(0.0, 0.65, 0.2), 0.55));
     s
 }
@@ -130,7 +130,7 @@ fn brushed() -> Scene {
     Arc::make_mut(combed).comb();
     shape(&mut s, lacquered, whole);
     s.grains.insert(wall, Grain { strength: 0.7, rotation: 0.3 });
-    s.films.insert(wall, Film { ior: Ior::constant(1.9), thickness_nm: 250.0 });
+    s.thin_films.insert(wall, ThinFilm { ior: Ior::constant(1.9), thickness_nm: 250.0 });
     let plain = metal(&mut s, 0.3);
     let wall = material(&mut s, Material::Mix { a: wall, b: plain, weight: flat(0.5).into() });
     let mut quad = textures::quad(dvec3(-1.0, 0.0, -0.4), dvec3(2.0, 0.3, 0.0), dvec3(-0.4, 1.6, 0.0));
@@ -156,7 +156,7 @@ fn sheens() -> Scene {
     s
 }
 
-/// A cloth under a pane that all light to it passes, as of the floor under glass: only gathering finds anything without chance hits.
+/// A cloth under a pane that all light to it passes, as of the floor under glass: only merging finds anything without BSDF-sampled emitter hits.
 fn cloth_under_glass() -> Scene {
     let mut s = floor_under_glass();
     s.shapes[0].material = material(&mut s, Material::Sheen { base: 0, color: ramp(0.5, 1.0), alpha: 0.5 });

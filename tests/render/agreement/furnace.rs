@@ -162,8 +162,8 @@ fn sheen_in_uniform_light_is_as_bright_as_its_albedo() {
 fn a_film_on_metal_has_its_colours() {
     let mut s = scene(16, 16, 20, orthographic(dvec3(0.0, 40f64.to_radians().cos(), 40f64.to_radians().sin()), DVec3::ZERO, 0.1));
     let metal = material(&mut s, Material::Conductor { eta: flat(1.9), k: flat(2.6), alpha: 0.0 });
-    let film = Film { ior: Ior::constant(2.5), thickness_nm: 160.0 };
-    s.films.insert(metal, film.clone());
+    let film = ThinFilm { ior: Ior::constant(2.5), thickness_nm: 160.0 };
+    s.thin_films.insert(metal, film.clone());
     shape(&mut s, metal, disc(DVec3::ZERO, DVec3::Y, 1.0));
     s.lights.push(Light::Constant { radiance: flat(1.0) });
     let figures = gpu(&s, 3, 64).figures();
@@ -176,7 +176,7 @@ fn a_film_on_metal_has_its_colours() {
     }
 }
 
-/// Parallel light on a floor seen from straight above through a pane that hardly reflects: only gathering finds it, as much of it as coats let in and out.
+/// Parallel light on a floor seen from straight above through a pane that hardly reflects: only merging finds it, as much of it as coats let in and out.
 #[test]
 fn paint_under_a_coat_seen_through_glass_is_as_bright_as_its_coat_lets_it_be() {
     let (rho, mu) = (0.5, 30f64.to_radians().cos());

@@ -3,9 +3,9 @@
 //! References are stored in `data/reference`, one file for each scene, made by the estimator that the scene names; `tools/make-references`
 //! makes them anew.
 
+mod aov;
 mod compare;
 mod features;
-mod first_hits;
 mod furnace;
 mod independent;
 mod instances;

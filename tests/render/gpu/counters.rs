@@ -47,7 +47,7 @@ fn what_is_no_radiance_is_dropped_and_counted_by_its_cause() {
     let film = gpu.empty_storage("film", 4 * 64 * 7).unwrap();
     let table = gpu.table("spectra", &vec![Vec4::ONE; 2 * stride as usize]).unwrap();
     let samples = gpu.table("samples", &samples).unwrap();
-    let lane_bins = gpu.storage("wavelength bins", &[0u32, 1, 2, 3, 0, 1, 2, 3]).unwrap();
+    let wavelength_bins = gpu.storage("wavelength bins", &[0u32, 1, 2, 3, 0, 1, 2, 3]).unwrap();
     let resources = [
         ("params", &uniforms),
         ("counters", &counters),
@@ -55,7 +55,7 @@ fn what_is_no_radiance_is_dropped_and_counted_by_its_cause() {
         ("spectra", &table),
         ("samples", &samples),
         ("work", &work),
-        ("lane_bins", &lane_bins),
+        ("wavelength_bins", &wavelength_bins),
     ];
     let bindings = kernel.bind(&gpu, &resources).unwrap();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());

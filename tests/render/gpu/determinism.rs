@@ -3,7 +3,7 @@
 use super::support::*;
 use crate::sweep;
 use abbe::film::Film;
-use abbe::film::first_hits::albedos;
+use abbe::film::aov::albedos;
 use abbe::integrator::GpuIntegrator;
 use abbe::output::SpectralImage;
 use abbe::render::{Integrator, Renderer};
@@ -57,12 +57,12 @@ fn the_same_seed_gives_the_same_bits_however_the_work_is_split() {
     for groups in [1, 5].into_iter().take(sweep::count(1)) {
         assert!(first == render(&scene, 1, 17, Some(groups)), "dispatches of {groups} workgroups differ");
     }
-    let first_hits = |groups| {
+    let aovs = |groups| {
         let mut integrator = GpuIntegrator::new(&scene, None, 1).unwrap();
         integrator.limit_dispatches(groups);
-        integrator.first_hits(&albedos(&scene), 0, 16).unwrap()
+        integrator.aovs(&albedos(&scene), 0, 16).unwrap()
     };
-    assert!(first_hits(1 << 16) == first_hits(1), "first hits differ");
+    assert!(aovs(1 << 16) == aovs(1), "AOVs differ");
     // Of more blocks with fewer samples an invocation takes several; those at the rim are not whole.
     let mut wide = scene.clone();
     (wide.film.width, wide.film.height) = (100, 83);

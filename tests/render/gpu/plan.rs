@@ -16,8 +16,7 @@ use wgpu::naga::{self, Function, Handle, Module, Statement};
 pub fn kernels(scene: &Scene) -> Vec<(&'static str, String)> {
     let plan = Plan::new(scene, Techniques::default());
     let constants = plan.constants() + "const BVH_STACK = 32u;\nconst TARGETS = 2u;\n";
-    let mut roots =
-        vec![("camera_paths.wgsl", plan.camera), ("update_film.wgsl", plan.camera), ("first_hits.wgsl", plan.first_hits)];
+    let mut roots = vec![("camera_paths.wgsl", plan.camera), ("update_film.wgsl", plan.camera), ("aov.wgsl", plan.aovs)];
     roots.extend(plan.light.map(|features| ("light_paths.wgsl", features)));
     roots.into_iter().map(|(root, features)| (root, kernel_source(root, &constants, &features.switches()).unwrap())).collect()
 }
@@ -195,7 +194,7 @@ fn of_one_plan(size: u32, balls: u32, lamps: u32) -> Scene {
 fn scenes_of_one_plan_share_compiled_kernels_and_each_has_its_own_picture() {
     let (first, second) = (of_one_plan(8, 3, 100), of_one_plan(16, 3, 130));
     let plan = |scene: &Scene| Plan::new(scene, Techniques::default());
-    assert!(plan(&first).has(Feature::LightGrid) && plan(&first).has(Feature::Gathered));
+    assert!(plan(&first).has(Feature::LightGrid) && plan(&first).has(Feature::Merging));
     let gpu = Arc::new(Gpu::open(None).unwrap());
     let picture = |gpu: &Arc<Gpu>, scene: &Scene| {
         let mut film = Film::new(&scene.film);
@@ -317,7 +316,7 @@ fn there_is_no_term_or_buffer_for_what_a_scene_does_not_contain() {
             &["light/emit.wgsl", "light/aim.wgsl", "light/guide.wgsl", "sensor/connect.wgsl", "path/merge.wgsl"],
             &["splats", "points", "heads", "guide", "uses"],
         ),
-        (json!({"film": {"bins": 40}}), &[], &["lane_bins"]),
+        (json!({"film": {"bins": 40}}), &[], &["wavelength_bins"]),
         (
             json!({"materials": {"m": {"diffuse": {"reflectance": {"texture": "sky.png"}}}},
                    "shapes": [{"quad": {"corner": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}, "material": "m"}]}),

@@ -7,7 +7,7 @@
 //! A sweep takes more inputs of each routine.
 
 use super::support::*;
-use abbe::bsdf::film::Stack;
+use abbe::bsdf::thin_film::Stack;
 use abbe::bsdf::{fresnel, phase};
 use abbe::gpu::scene::GpuScene;
 use abbe::gpu::{Gpu, Resource};

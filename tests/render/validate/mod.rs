@@ -87,7 +87,7 @@ cases! {
     scale "scale",
     mesh_refinement "mesh-refinement",
     convergence "convergence",
-    gathering_convergence "gathering-convergence",
+    merging_convergence "merging-convergence",
     determinism "determinism",
     matched "matched",
     contact "contact",

@@ -164,7 +164,7 @@ fn what_the_greatest_depth_takes_from_a_chain_is_counted() {
         ],
     });
     let scene = load_str(&scene.to_string(), Path::new("cube"), Path::new("."), &LoadOptions::default()).expect("a scene");
-    let techniques = Techniques { light_paths: false, gathering: false, ..Techniques::default() };
+    let techniques = Techniques { light_paths: false, merging: false, ..Techniques::default() };
     let mut gpu = GpuIntegrator::with(&scene, None, 1, techniques).expect("an adapter");
     let (bins, stats) = batches(&mut gpu, &scene, 4);
     let truncated = stats.truncated as f64 / stats.paths as f64;

@@ -4,32 +4,32 @@ use super::Stage;
 use super::interiors::{Crossing, cross};
 use super::rng::Rng;
 use super::sensor::sample_view;
-use crate::film::first_hits::{Albedo, FirstHits, Sums};
+use crate::film::aov::{Albedo, AovBuffers, Sums};
 use crate::geometry::world::{Hit, Ray};
 use crate::scene::inside::MAX_STRAIGHT;
 use rayon::prelude::*;
 
 impl Stage {
     /// `samples` rays of every pixel; `albedos` are those of the scene's materials.
-    pub(super) fn first_hits(&self, albedos: &[Albedo], index: u32, samples: u32) -> FirstHits {
+    pub(super) fn aovs(&self, albedos: &[Albedo], index: u32, samples: u32) -> AovBuffers {
         let pixel = |pixel: usize| -> Sums {
             let mut sums = [0.0; 8];
             for sample in 0..samples {
                 let mut rng = Rng::new(self.seed, index, pixel as u64 * u64::from(samples) + u64::from(sample));
                 let ray = sample_view(&self.scene.sensor, &self.scene.film, pixel, self.world.extent, &mut rng).ray;
                 let origin = ray.origin;
-                let Some((hit, albedo)) = self.first_hit(ray, albedos, &mut rng) else { continue };
+                let Some((hit, albedo)) = self.aov(ray, albedos, &mut rng) else { continue };
                 let [n, [r, g, b]] = [hit.ns.to_array(), albedo.rgb];
                 let met = [n[0], n[1], n[2], hit.p.distance(origin), r, g, b, 1.0];
                 sums.iter_mut().zip(met).for_each(|(sum, v)| *sum += v);
             }
             sums.map(|v| v as f32)
         };
-        FirstHits::new(samples, (0..self.pixels()).into_par_iter().map(pixel).collect())
+        AovBuffers::new(samples, (0..self.pixels()).into_par_iter().map(pixel).collect())
     }
 
     /// The surface that a ray meets first, its normals on the side of the ray, and its albedo.
-    fn first_hit(&self, mut ray: Ray, albedos: &[Albedo], rng: &mut Rng) -> Option<(Hit, Albedo)> {
+    fn aov(&self, mut ray: Ray, albedos: &[Albedo], rng: &mut Rng) -> Option<(Hit, Albedo)> {
         let mut inside = self.interiors_of_view(ray.origin);
         for _ in 0..=MAX_STRAIGHT {
             let hits = self.world.intersect(&ray);

@@ -16,13 +16,13 @@
 #include "sensor/sensor.wgsl"
 
 @group(0) @binding(5) var albedos: Table<vec4f>; // of every material: colour, and the share of rays that it stops
-@group(0) @binding(14) var<storage, read_write> first_hits: array<vec4f>; // per pixel: sum of normals and depths; of albedos, and their number
+@group(0) @binding(14) var<storage, read_write> aovs: array<vec4f>; // per pixel: sum of normals and depths; of albedos, and their number
 
 // start_ray fills these.
-var<private> beta: array<vec4f, LANES4>;
-var<private> li: array<vec4f, LANES4>;
+var<private> beta: array<vec4f, WAVELENGTHS4>;
+var<private> li: array<vec4f, WAVELENGTHS4>;
 
-struct FirstHit {
+struct Aov {
     n: vec3f, // shading normal, on the side of the ray
     depth: f32, // m
     albedo: vec4f, // w is 1, or 0 where the ray meets nothing
@@ -51,7 +51,7 @@ fn bare_material(index: u32) -> Material {
 }
 #endif
 
-fn first_hit(start: Ray) -> FirstHit {
+fn aov(start: Ray) -> Aov {
     var ray = start;
 #if CONTACT
     beside = NOTHING;
@@ -87,12 +87,12 @@ fn first_hit(start: Ray) -> FirstHit {
 #endif
         if (is_there) {
             let side = select(1.0, -1.0, dot(s.n, ray.d) > 0.0);
-            return FirstHit(side * s.ns, distance(start.o, s.p), vec4f(albedo_of(index).xyz, 1.0));
+            return Aov(side * s.ns, distance(start.o, s.p), vec4f(albedo_of(index).xyz, 1.0));
         }
         ray.o = leave(s, ray.d);
         ray.from_primitive = s.primitive;
     }
-    return FirstHit(vec3f(0.0), 0.0, vec4f(0.0));
+    return Aov(vec3f(0.0), 0.0, vec4f(0.0));
 }
 
 @compute @workgroup_size(64)
@@ -110,11 +110,11 @@ fn main(
     var albedo = vec4f(0.0);
     for (var sample = 0u; sample < params.samples; sample++) {
         start_sampler(pixel.y * params.image_width + pixel.x, params.batch, params.seed, sample);
-        let met = first_hit(start_ray(pixel));
+        let met = aov(start_ray(pixel));
         normal_depth += vec4f(met.n, met.depth);
         albedo += met.albedo;
     }
     let slot = 2u * (in_tile.y * params.tile_width + in_tile.x);
-    first_hits[slot] = normal_depth;
-    first_hits[slot + 1u] = albedo;
+    aovs[slot] = normal_depth;
+    aovs[slot + 1u] = albedo;
 }

@@ -3,7 +3,7 @@
 use super::compare::{BATCHES, BLOCKS, Figure, Pair, agree};
 use crate::scenes::*;
 use abbe::color::upsample::reflectance_from_linear_srgb;
-use abbe::film::first_hits::{FirstHits, albedos};
+use abbe::film::aov::{AovBuffers, albedos};
 use abbe::integrator::GpuIntegrator;
 use abbe::reference::ReferenceIntegrator;
 use abbe::render::Renderer;
@@ -30,8 +30,8 @@ fn figures(integrator: &mut dyn Renderer, scene: &Scene, samples: u32) -> Vec<[F
     let blocks = (BLOCKS * BLOCKS) as usize;
     let mut batch = |index| {
         let mut means = vec![[0.0; 8]; blocks + 1];
-        let first_hits = integrator.first_hits(&albedos(scene), index, samples).expect("first hits");
-        for (pixel, sums) in first_hits.sums().iter().enumerate() {
+        let aovs = integrator.aovs(&albedos(scene), index, samples).expect("AOVs");
+        for (pixel, sums) in aovs.sums().iter().enumerate() {
             let block = pixel / width / size * BLOCKS as usize + pixel % width / size;
             for (place, pixels) in [(block, size * size), (blocks, width * width)] {
                 let share = 1.0 / (pixels as f64 * f64::from(samples));
@@ -45,8 +45,8 @@ fn figures(integrator: &mut dyn Renderer, scene: &Scene, samples: u32) -> Vec<[F
     (0..=blocks).map(|place| std::array::from_fn(|i| figure(place, i))).collect()
 }
 
-/// Holds the GPU's first hits to the reference's.
-fn first_hits_agree(name: &str, scene: &Scene) {
+/// Holds the GPU's AOVs to the reference's.
+fn aovs_agree(name: &str, scene: &Scene) {
     let ours = figures(&mut GpuIntegrator::new(scene, None, 1).expect("an adapter"), scene, 32);
     let theirs = figures(&mut ReferenceIntegrator::new(scene, scene.reference, 7).expect("a scene"), scene, 64);
     let mut pairs = Vec::new();
@@ -91,47 +91,47 @@ fn everything() -> Scene {
 }
 
 #[test]
-fn first_hits_agree_with_the_reference() {
-    first_hits_agree("pinhole", &everything());
+fn aovs_agree_with_the_reference() {
+    aovs_agree("pinhole", &everything());
     let mut lens = everything();
     lens.film.filter = Filter::Gaussian { sigma: 0.6 };
     if let Sensor::Perspective { lens_radius, focus_distance, .. } = &mut lens.sensor {
         (*lens_radius, *focus_distance) = (0.1, 3.0);
     }
-    first_hits_agree("lens", &lens);
+    aovs_agree("lens", &lens);
     let mut above = everything();
     above.film.filter = Filter::Tent { radius: 1.0 };
     above.sensor = orthographic(dvec3(0.2, 3.0, 0.3), DVec3::ZERO, 2.0);
-    first_hits_agree("orthographic", &above);
+    aovs_agree("orthographic", &above);
     let mut plane = everything();
     // Before the water, all within the haze.
     plane.sensor = Sensor::IrradiancePlane { origin: dvec3(0.4, 0.1, 0.7), edge_u: DVec3::X * -0.8, edge_v: DVec3::Y * 0.3 };
-    first_hits_agree("irradiance on a plane", &plane);
+    aovs_agree("irradiance on a plane", &plane);
     let mut under_water = everything();
     under_water.sensor = pinhole(dvec3(0.4, 0.3, 0.4), dvec3(-0.2, 0.2, 0.0), 0.5);
-    first_hits_agree("under water", &under_water);
+    aovs_agree("under water", &under_water);
 }
 
-/// Both integrators' first hits of `scene`.
-fn both(scene: &Scene) -> [FirstHits; 2] {
+/// Both integrators' AOVs of `scene`.
+fn both(scene: &Scene) -> [AovBuffers; 2] {
     let albedos = albedos(scene);
     let mut gpu = GpuIntegrator::new(scene, None, 3).expect("an adapter");
     let mut reference = ReferenceIntegrator::new(scene, scene.reference, 3).expect("a scene");
-    [gpu.first_hits(&albedos, 0, 16), reference.first_hits(&albedos, 0, 16)].map(|f| f.expect("first hits"))
+    [gpu.aovs(&albedos, 0, 16), reference.aovs(&albedos, 0, 16)].map(|f| f.expect("AOVs"))
 }
 
 #[test]
-fn first_hits_are_what_geometry_says() {
+fn aovs_are_what_geometry_says() {
     // Seen from z = 7: on the left a slope of 45 degrees that comes nearer to the right, its outward normal away from the sensor; nothing on the right.
     let mut s = scene(2, 1, 4, orthographic(dvec3(0.0, 0.0, 7.0), DVec3::ZERO, 1.0));
     let positions = vec![dvec3(-2.0, -2.0, 1.0), dvec3(0.0, -2.0, 3.0), dvec3(0.0, 2.0, 3.0), dvec3(-2.0, 2.0, 1.0)];
     shape(&mut s, 0, Geometry::Mesh(Arc::new(Mesh { positions, triangles: vec![[2, 1, 0], [3, 2, 0]], ..Mesh::default() })));
-    for first_hits in both(&s) {
+    for aovs in both(&s) {
         // Between x = -1 and 0 the slope is at z = 2.5 in the mean; 16 samples are spread evenly on the GPU, at random in the reference.
-        assert!((first_hits.depth(0) - 4.5).abs() < 0.3, "{}", first_hits.depth(0));
-        let n = first_hits.normal(0).map(f64::from);
+        assert!((aovs.depth(0) - 4.5).abs() < 0.3, "{}", aovs.depth(0));
+        let n = aovs.normal(0).map(f64::from);
         assert!(dvec3(-0.5f64.sqrt(), 0.0, 0.5f64.sqrt()).distance(DVec3::from(n)) < 1e-6, "{n:?}");
-        assert_eq!((first_hits.depth(1), first_hits.normal(1), first_hits.albedo(1)), (0.0, [0.0; 3], [0.0; 3]));
+        assert_eq!((aovs.depth(1), aovs.normal(1), aovs.albedo(1)), (0.0, [0.0; 3], [0.0; 3]));
     }
     // Half of a pixel is covered: its depth is that of what is there, the others are half.
     let mut half = scene(1, 1, 4, orthographic(dvec3(0.0, 0.0, 5.0), DVec3::ZERO, 1.0));
@@ -154,28 +154,28 @@ fn surfaces_that_touch_or_are_not_there_show_what_is_seen() {
     s.interiors.push(Interior { sigma_s: flat(1.0), ..solid("haze", 1.0, 0) });
     let haze = material(&mut s, Material::Boundary { interior: Some(2) });
     shape(&mut s, haze, sphere(DVec3::ZERO, 2.0));
-    for first_hits in both(&s) {
-        assert!((first_hits.depth(0) - 5.0).abs() < 1e-5, "{}", first_hits.depth(0));
-        let albedo = first_hits.albedo(0);
+    for aovs in both(&s) {
+        assert!((aovs.depth(0) - 5.0).abs() < 1e-5, "{}", aovs.depth(0));
+        let albedo = aovs.albedo(0);
         assert!(albedo.iter().zip(green).all(|(a, g)| (f64::from(*a) - g).abs() < 1e-3), "{albedo:?}");
     }
     // Without the floor, the glass.
     s.shapes.remove(0);
-    for first_hits in both(&s) {
-        assert!((first_hits.depth(0) - 5.0).abs() < 1e-5 && first_hits.albedo(0).iter().all(|a| (a - 1.0).abs() < 1e-6));
+    for aovs in both(&s) {
+        assert!((aovs.depth(0) - 5.0).abs() < 1e-5 && aovs.albedo(0).iter().all(|a| (a - 1.0).abs() < 1e-6));
     }
 }
 
 #[test]
-fn what_has_the_index_around_it_is_not_a_first_hit() {
+fn what_has_the_index_around_it_is_not_a_aov() {
     // From above, a ball over a floor.
     for (alpha, n, depth) in [(0.0, 1.0, 5.0), (0.3, 1.0, 5.0), (0.3, 1.1, 4.5)] {
         let mut s = scene(1, 1, 4, orthographic(dvec3(0.0, 5.0, 0.0), DVec3::ZERO, 1e-3));
         shape(&mut s, 0, disc(DVec3::ZERO, DVec3::Y, 4.0));
         let ball = glass(&mut s, solid("ball", n, 1), alpha);
         shape(&mut s, ball, sphere(DVec3::ZERO, 0.5));
-        for first_hits in both(&s) {
-            assert!((first_hits.depth(0) - depth).abs() < 1e-5, "{n} {alpha}: {}", first_hits.depth(0));
+        for aovs in both(&s) {
+            assert!((aovs.depth(0) - depth).abs() < 1e-5, "{n} {alpha}: {}", aovs.depth(0));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Gathering light paths at the visible points of camera paths: how wide, and the buffers for it (shaders/path/merge.wgsl).
+//! Merging light paths at the visible points of camera paths: how wide, and the buffers for it (shaders/path/merge.wgsl).
 
 use super::{Feature, Plan};
 use crate::error::Result;
@@ -8,17 +8,17 @@ use crate::gpu::{Gpu, Resource};
 use crate::scene::bounds_of_all;
 use crate::scene::{Scene, Sensor};
 
-/// Bytes for the visible points that light paths are gathered at.
+/// Bytes for the visible points that light paths are merged at.
 const POINT_BYTES: u64 = 32 << 20;
-/// Radius of gathering in the first pass, in pixels.
+/// Radius of merging in the first pass, in pixels.
 const PIXELS: f64 = 1.4;
 /// And at most this part of the scene's size.
 const SHARE: f64 = 0.01;
-/// The squared radius of gathering falls with the pass as pass^-(1 - this): Knaus & Zwicker 2011, eq. 20.
+/// The squared radius of merging falls with the pass as pass^-(1 - this): Knaus & Zwicker 2011, eq. 20.
 const ALPHA: f64 = 2.0 / 3.0;
-/// Where light paths are gathered.
+/// Where light paths are merged.
 #[derive(Debug)]
-pub(super) struct Gather {
+pub(super) struct Merge {
     pub points: Resource,
     /// How many points there may be.
     pub slots: u32,
@@ -33,7 +33,7 @@ pub(super) struct Gather {
     pub passes: u32,
 }
 
-impl Gather {
+impl Merge {
     /// Buffers for the points of a tile of `blocks` blocks, the largest one, in up to `most_passes` passes.
     ///
     /// # Errors
@@ -69,10 +69,10 @@ impl Gather {
 /// Bytes of a point, its throughput included.
 pub(super) fn point_bytes(plan: &Plan) -> u64 {
     let sheen = if plan.has(Feature::Sheen) { texels::<PointSheen>() } else { 0 };
-    u64::from(texels::<PointLink>() + texels::<VisiblePoint>() + sheen + plan.lanes.div_ceil(4)) * 16
+    u64::from(texels::<PointLink>() + texels::<VisiblePoint>() + sheen + plan.wavelengths.div_ceil(4)) * 16
 }
 
-/// Camera paths longer than this are gathered within the radius of this length: cells fit the largest radius, so that it should not be much larger than
+/// Camera paths longer than this are merged within the radius of this length: cells fit the largest radius, so that it should not be much larger than
 /// usual. One and a half times as far as whatever bends light is from the eye (or its radius, around the eye).
 pub(super) fn reach(scene: &Scene) -> f32 {
     let Sensor::Perspective { eye, .. } = scene.sensor else { return 0.0 };

@@ -1,9 +1,9 @@
-//! The pass of first hits on the GPU: compiled and run when it is asked for, and no part of a render.
+//! The pass of AOVs on the GPU: compiled and run when it is asked for, and no part of a render.
 
 use super::dispatch::{Job, Pass};
 use crate::error::Result;
 use crate::film::Tile;
-use crate::film::first_hits::{Albedo, FirstHits, Sums};
+use crate::film::aov::{Albedo, AovBuffers, Sums};
 use crate::gpu::layout::Params;
 use crate::gpu::{Gpu, Resource};
 use crate::render::Halt;
@@ -22,13 +22,13 @@ pub(super) fn run(
     resources: &[(&str, &Resource)],
     (uniforms, counters): (&Resource, &Resource),
     params: Params,
-) -> Result<FirstHits> {
+) -> Result<AovBuffers> {
     let width = params.image_width as usize;
     let mut sums = vec![[0.0; 8]; width * params.image_height as usize];
     for tile in tiles {
         let (columns, bytes) = (tile.width as usize, u64::from(tile.width) * u64::from(tile.height) * size_of::<Sums>() as u64);
-        let found = gpu.empty_storage("first hits", bytes)?;
-        let resources = [resources, &[("params", uniforms), ("first_hits", &found)]].concat();
+        let found = gpu.empty_storage("AOVs", bytes)?;
+        let resources = [resources, &[("params", uniforms), ("aovs", &found)]].concat();
         let params = Params { tile_x: tile.x, tile_y: tile.y, tile_width: tile.width, tile_height: tile.height, ..params };
         let job = Job { gpu, halt, timer: None, uniforms, counters, resources: &resources, params };
         job.run(&mut pass, tile.width.div_ceil(8) * tile.height.div_ceil(8), u32::MAX)?;
@@ -37,5 +37,5 @@ pub(super) fn run(
             sums[first..first + columns].copy_from_slice(found);
         }
     }
-    Ok(FirstHits::new(params.samples, sums))
+    Ok(AovBuffers::new(params.samples, sums))
 }

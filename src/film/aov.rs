@@ -11,12 +11,12 @@ pub type Sums = [f32; 8];
 
 /// First hits of all pixels, row by row from the upper left.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FirstHits {
+pub struct AovBuffers {
     samples: u32,
     sums: Vec<Sums>,
 }
 
-impl FirstHits {
+impl AovBuffers {
     /// From the sums over `samples` samples of every pixel.
     pub fn new(samples: u32, sums: Vec<Sums>) -> Self {
         Self { samples, sums }
