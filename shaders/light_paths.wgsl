@@ -55,7 +55,7 @@ fn main(
             count_path(path.depth);
 #endif
 #if GUIDED
-            report_use();
+            store_guiding_sample();
 #endif
             item = next_item(item + 1u, end, items_of_pass, local);
             if (item >= end) {

@@ -7,15 +7,15 @@
 
 @group(0) @binding(18) var guide: Table<vec4u>;
 
-// Two vectors for each path that was of use, kept by chance: point and direction; light, wavelength, squared use without the warp, density of the warp.
-struct Uses {
+// Two vectors for each path that was of use, kept by chance: point and direction; light, wavelength, squared contribution without the warp, density of the warp.
+struct GuidingSamples {
     count: atomic<u32>,
     records: array<vec4f>,
 }
-@group(0) @binding(19) var<storage, read_write> uses: Uses;
+@group(0) @binding(19) var<storage, read_write> guiding_samples: GuidingSamples;
 
-// A use beyond this is not told from this: single bright paths would draw many after them (64, 1024 and 16384 were measured to be worse the larger).
-const MOST_USE = 16.0;
+// A contribution beyond this is not told from this: single bright paths would draw many after them (64, 1024 and 16384 were measured to be worse the larger).
+const MOST_CONTRIBUTION = 16.0;
 
 struct EmissionNumbers {
     at: vec4f, // point on the light (axes 0 and 1), direction (2 and 3)
@@ -24,9 +24,9 @@ struct EmissionNumbers {
 
 var<private> numbers: EmissionNumbers;
 var<private> guide_density: f32; // of the numbers, relative to even ones
-// Squared, without the warp, in units of USE_UNIT: the points of a cell come in any order, which sums of floats would show.
-var<private> use_of_path: u32;
-const USE_UNIT = 0x1p-22;
+// Squared, without the warp, in units of CONTRIBUTION_UNIT: the points of a cell come in any order, which sums of floats would show.
+var<private> guiding_contribution: u32;
+const CONTRIBUTION_UNIT = 0x1p-22;
 
 fn guided_numbers() -> EmissionNumbers {
     var v = next_2d();
@@ -36,7 +36,7 @@ fn guided_numbers() -> EmissionNumbers {
     var low_v = vec2f(0.0);
     var size_v = vec2f(1.0);
     guide_density = 1.0;
-    use_of_path = 0u;
+    guiding_contribution = 0u;
     var node = load_guide(GUIDE_ROOT);
     while (node.x < GUIDE_AXES) {
         let is_axis = vec4u(node.x) == vec4u(0u, 1u, 2u, 3u);
@@ -61,22 +61,22 @@ fn guided_numbers() -> EmissionNumbers {
 }
 
 // A splat of this radiance (sum over the bins) into `pixel`: how much of what the pixel has it would be in a pass of one path for each pixel.
-fn note_use(pixel: vec2u, radiance: f32) {
+fn add_to_guiding_sample(pixel: vec2u, radiance: f32) {
     let block = pixel * GUIDE_BLOCKS / vec2u(params.image_width, params.image_height);
-    let of_splat = min(guide_density * radiance * bitcast<f32>(load_guide(block.y * GUIDE_BLOCKS + block.x).x), MOST_USE);
-    let sum = use_of_path + u32(of_splat * of_splat / USE_UNIT + 0.5);
-    use_of_path = select(sum, 0xffffffffu, sum < use_of_path);
+    let of_splat = min(guide_density * radiance * bitcast<f32>(load_guide(block.y * GUIDE_BLOCKS + block.x).x), MOST_CONTRIBUTION);
+    let sum = guiding_contribution + u32(of_splat * of_splat / CONTRIBUTION_UNIT + 0.5);
+    guiding_contribution = select(sum, 0xffffffffu, sum < guiding_contribution);
 }
 
 // The path has ended. It is reported with a probability in proportion to what it adds to the integral of squared use, so that a rare bright one is not missed.
-fn report_use() {
+fn store_guiding_sample() {
     let name = hash2(sampler_index, params.batch);
-    let use_squared = f32(use_of_path) * USE_UNIT;
-    if (unit_float(name) < params.guide_share * use_squared / guide_density) {
-        let at = atomicAdd(&uses.count, 1u);
-        if (at < params.guide_room) {
-            uses.records[2u * at] = numbers.at;
-            uses.records[2u * at + 1u] = vec4f(numbers.choices, use_squared, guide_density);
+    let contribution_squared = f32(guiding_contribution) * CONTRIBUTION_UNIT;
+    if (unit_float(name) < params.guiding_sample_rate * contribution_squared / guide_density) {
+        let at = atomicAdd(&guiding_samples.count, 1u);
+        if (at < params.guiding_sample_room) {
+            guiding_samples.records[2u * at] = numbers.at;
+            guiding_samples.records[2u * at + 1u] = vec4f(numbers.choices, contribution_squared, guide_density);
         }
     }
 }

@@ -69,7 +69,7 @@ fn splat(wavelength: u32) {
         return;
     }
 #if GUIDED
-    note_use(splat_pixel, sum4(total));
+    add_to_guiding_sample(splat_pixel, sum4(total));
 #endif
     let base = (at.y * params.tile_width + at.x) * (BINS + 3u);
     let u = unit_float(hash(sampler_pixel ^ hash(sampler_index ^ (sampler_dimension << 24u))));

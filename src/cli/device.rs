@@ -57,9 +57,12 @@ pub struct Device {
 /// A field of [`Techniques`].
 #[derive(clap::ValueEnum, Clone, Copy, PartialEq, Eq)]
 pub enum Technique {
+    #[value(alias = "chance-hits")]
     BsdfSampling,
+    #[value(alias = "light-samples", alias = "nee")]
     NextEventEstimation,
     LightPaths,
+    #[value(alias = "gathering")]
     Merging,
     Guiding,
     AdaptiveSampling,

@@ -210,9 +210,9 @@ shared_records! {
         /// Camera paths longer than this are merged with the radius of this length, m.
         merge_reach: f32,
         /// Probability that a light path reports, over its share in the integral of squared use.
-        guide_share: f32,
+        guiding_sample_rate: f32,
         /// Room for reports.
-        guide_room: u32,
+        guiding_sample_room: u32,
         /// Units of 64 light paths that a workgroup takes one after the other.
         light_units: u32,
         /// Texel of the table of work items at which their groups begin.

@@ -282,10 +282,10 @@ impl GpuIntegrator {
         let channels = self.plan.bins as usize + 3;
         let values = tile.width as usize * tile.height as usize * channels;
         let bytes = |values: usize| 8 * values as u64;
-        self.guide.iter().for_each(|g| self.gpu.write(&g.uses, &[0u32; 4]));
+        self.guide.iter().for_each(|g| self.gpu.write(&g.guiding_samples, &[0u32; 4]));
         let guide = self.guide.as_ref().map(|g| self.gpu.table("guide of light paths", &g.table(self.pixels()))).transpose()?;
         let light_paths = f64::from(self.params.light_paths) * f64::from(passes.count);
-        let (guide_share, guide_room) = self.guide.as_mut().map_or((0.0, 0), |g| g.expect(light_paths));
+        let (guiding_sample_rate, guiding_sample_room) = self.guide.as_mut().map_or((0.0, 0), |g| g.expect(light_paths));
         let mut stats =
             BatchStats { paths: u64::from(tile.width) * u64::from(tile.height) * u64::from(passes.count), ..Default::default() };
         let mut parts = Parts::default();
@@ -310,7 +310,7 @@ impl GpuIntegrator {
             resources.extend([("spectra", &spectra), ("wavelength_bins", &wavelength_bins)]);
             resources.extend(self.splats.iter().map(|s| ("splats", s)));
             resources.extend(guide.iter().map(|g| ("guide", g)));
-            resources.extend(self.guide.iter().map(|g| ("uses", &g.uses)));
+            resources.extend(self.guide.iter().map(|g| ("guiding_samples", &g.guiding_samples)));
             if let Some(merge) = &self.merge {
                 self.gpu.clear(&merge.heads);
                 resources.extend([("points", &merge.points), ("heads", &merge.heads)]);
@@ -326,8 +326,8 @@ impl GpuIntegrator {
                 light_units: count * (light_units / least_groups).min(self.most_samples / count).max(1),
                 batch: passes.batch,
                 seed: self.seed,
-                guide_share,
-                guide_room,
+                guiding_sample_rate,
+                guiding_sample_room,
                 ..self.params
             };
             let timer = self.timer.as_ref();

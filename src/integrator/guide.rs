@@ -4,7 +4,7 @@
 //! sample space path guiding"). Light paths report their numbers and the squares of what they add to the picture, relative to its brightness there
 //! (light/guide.wgsl). Paths go into leaves in proportion to sqrt(volume x integral of those squares), which makes the relative variance least, but for a
 //! defensive share by volume. A tree is grown anew from what the paths of the last one reported, whenever that is twice as much (Mueller et al. 2017,
-//! "Practical path guiding"). Reports are sorted first: nothing depends on the order in which paths end.
+//! "Practical path guiding"). Guiding samples are sorted first: nothing depends on the order in which paths end.
 
 use crate::error::Result;
 use crate::film::Tile;
@@ -20,22 +20,22 @@ pub(super) const BLOCKS: usize = 32;
 pub(super) const ROOT: usize = BLOCKS * BLOCKS;
 /// Most nodes.
 const NODES: usize = 16384;
-/// Most reports of one call.
+/// Most samples of one call.
 const ROOM: usize = 1 << 16;
-/// Most reports that a tree is grown from.
-const MOST_REPORTS: usize = 1 << 17;
+/// Most samples that a tree is grown from.
+const MOST_SAMPLES: usize = 1 << 17;
 /// Share of the paths that go on evenly, since what was not of use so far may be yet.
 const DEFENSIVE: f64 = 0.15;
-/// Boxes of fewer reports are not halved.
-const LEAST_REPORTS: usize = 16;
+/// Boxes of fewer samples are not halved.
+const LEAST_SAMPLES: usize = 16;
 /// Times a box is halved at most along each axis: numbers have 24 bits.
 const MOST_HALVINGS: u32 = 16;
 /// Halving along an axis is worth it if it leaves less than this of the deviation.
 const WORTHWHILE: f64 = 0.95;
 
-/// A useful path: numbers, and its share in the integral of squared use.
+/// A useful path: numbers, and its share in the integral of squared contribution.
 #[derive(Debug, Clone, Copy)]
-struct Report {
+struct GuidingSample {
     at: [f32; AXES],
     weight: f64,
 }
@@ -54,10 +54,10 @@ struct Node {
 #[derive(Debug)]
 pub(super) struct Guide {
     nodes: Vec<Node>,
-    reports: Vec<Report>,
-    /// Reports that the tree was grown from.
+    samples: Vec<GuidingSample>,
+    /// Guiding samples that the tree was grown from.
     grown_from: usize,
-    /// Mean share of a path in the integral of squared use.
+    /// Mean share of a path in the integral of squared contribution.
     share: f64,
     /// Probability of reporting over that share.
     reporting: f64,
@@ -69,16 +69,16 @@ pub(super) struct Guide {
     aims: [bool; AXES],
     /// Sums over the pixels of each block of their radiance (sum over bins), and samples.
     brightness: Vec<(f64, f64)>,
-    /// Where the light pass reports.
-    pub uses: Resource,
+    /// Where the light pass stores them.
+    pub guiding_samples: Resource,
 }
 
 /// A box of the cube while the tree grows.
 struct Box<'a> {
-    reports: &'a mut [Report],
+    samples: &'a mut [GuidingSample],
     low: [f32; AXES],
     halvings: [u32; AXES],
-    /// Integral of squared use over it, as far as known, and its volume.
+    /// Integral of squared contribution over it, as far as known, and its volume.
     squares: f64,
     volume: f64,
 }
@@ -87,23 +87,23 @@ impl Guide {
     /// Even shares.
     ///
     /// # Errors
-    /// [`crate::error::Error::Device`] if the adapter cannot hold the reports.
+    /// [`crate::error::Error::Device`] if the adapter cannot hold the samples.
     pub fn new(gpu: &Gpu, axes: [bool; AXES], aims: [bool; AXES]) -> Result<Self> {
         Ok(Self {
             nodes: vec![Node { axis: AXES, first: 0, share: 1.0 }],
-            reports: Vec::new(),
-            grown_from: LEAST_REPORTS / 2,
+            samples: Vec::new(),
+            grown_from: LEAST_SAMPLES / 2,
             share: 1.0,
             reporting: 1.0,
             squares: 0.0,
             axes,
             aims,
             brightness: vec![(0.0, 0.0); BLOCKS * BLOCKS],
-            uses: gpu.empty_storage("uses of light paths", (1 + 2 * ROOM as u64) * 16)?,
+            guiding_samples: gpu.empty_storage("guiding samples", (1 + 2 * ROOM as u64) * 16)?,
         })
     }
 
-    /// Probability that one of `paths` reports, over its share in the integral of squared use, and room for reports.
+    /// Probability that one of `paths` is stored, over its share in the integral of squared contribution, and room for samples.
     pub fn expect(&mut self, paths: f64) -> (f32, u32) {
         self.reporting = f64::from((0.5 * ROOM as f64 / (self.share * paths)) as f32);
         (self.reporting as f32, ROOM as u32)
@@ -111,14 +111,14 @@ impl Guide {
 
     /// Takes in what `paths` light paths reported. All of it is forgotten if there was not room for it: what was left out depends on chance.
     pub fn learn(&mut self, gpu: &Gpu, paths: f64) -> Result<()> {
-        let count = gpu.read::<u32>(&self.uses, 4)?[0] as usize;
+        let count = gpu.read::<u32>(&self.guiding_samples, 4)?[0] as usize;
         // One more, so that it is never zero.
         self.share = (count as f64 + 1.0) / (self.reporting * paths);
         self.squares = 0.0;
         if count > ROOM || count == 0 {
             return Ok(());
         }
-        let mut words: Vec<u32> = gpu.read(&self.uses, (1 + 2 * count as u64) * 16)?;
+        let mut words: Vec<u32> = gpu.read(&self.guiding_samples, (1 + 2 * count as u64) * 16)?;
         bytemuck::cast_slice_mut::<u32, [u32; 8]>(&mut words[4..]).par_sort_unstable();
         let records: &[[f32; 8]] = bytemuck::cast_slice(&words[4..]);
         // Share in the integral, over the probability of having been reported.
@@ -128,11 +128,11 @@ impl Guide {
         };
         self.squares = records.iter().map(|r| weight(r) / f64::from(r[7])).sum::<f64>() / paths;
         self.share = (records.iter().map(weight).sum::<f64>() / paths).max(self.share);
-        if self.grown_from >= MOST_REPORTS / 2 {
+        if self.grown_from >= MOST_SAMPLES / 2 {
             return Ok(());
         }
-        self.reports.extend(records.iter().map(|r| Report { at: std::array::from_fn(|axis| r[axis]), weight: weight(r) }));
-        if self.reports.len() >= 2 * self.grown_from {
+        self.samples.extend(records.iter().map(|r| GuidingSample { at: std::array::from_fn(|axis| r[axis]), weight: weight(r) }));
+        if self.samples.len() >= 2 * self.grown_from {
             self.grow();
         }
         Ok(())
@@ -150,14 +150,14 @@ impl Guide {
         }
     }
 
-    /// Grows a new tree from the reports, which are then forgotten.
+    /// Grows a new tree from the samples, which are then forgotten.
     fn grow(&mut self) {
-        let mut reports = std::mem::take(&mut self.reports);
-        self.grown_from = reports.len();
-        let squares = reports.iter().map(|r| r.weight).sum();
+        let mut samples = std::mem::take(&mut self.samples);
+        self.grown_from = samples.len();
+        let squares = samples.iter().map(|r| r.weight).sum();
         self.nodes.clear();
         self.nodes.push(Node { axis: AXES, first: 0, share: 0.0 });
-        let whole = Box { reports: &mut reports, low: [0.0; AXES], halvings: [0; AXES], squares, volume: 1.0 };
+        let whole = Box { samples: &mut samples, low: [0.0; AXES], halvings: [0; AXES], squares, volume: 1.0 };
         self.halve(0, whole);
         let total: f64 = self.nodes.iter().filter(|n| n.axis == AXES).map(|n| n.share).sum();
         let mut evenly = vec![0.0; self.nodes.len()];
@@ -179,18 +179,18 @@ impl Guide {
         }
     }
 
-    /// Halves a box, and its halves again, as long as there are reports to tell how; leaves get the share that is best for them, times some constant.
+    /// Halves a box, and its halves again, as long as there are samples to tell how; leaves get the share that is best for them, times some constant.
     fn halve(&mut self, node: usize, of: Box<'_>) {
         self.nodes[node].share = (of.squares * of.volume).sqrt();
-        let least = LEAST_REPORTS.max(4 * self.grown_from / NODES);
-        if of.reports.len() < least || self.nodes.len() + 2 > NODES {
+        let least = LEAST_SAMPLES.max(4 * self.grown_from / NODES);
+        if of.samples.len() < least || self.nodes.len() + 2 > NODES {
             return;
         }
         let middle = |axis: usize| of.low[axis] + 0.5f32.powi(of.halvings[axis] as i32 + 1);
-        let total: f64 = of.reports.iter().map(|r| r.weight).sum();
+        let total: f64 = of.samples.iter().map(|r| r.weight).sum();
         // Shares of the box's 2^AXES corners.
         let mut corners = [0.0; 1 << AXES];
-        for r in of.reports.iter() {
+        for r in of.samples.iter() {
             let corner: usize = (0..AXES).map(|axis| usize::from(r.at[axis] >= middle(axis)) << axis).sum();
             corners[corner] += r.weight / total;
         }
@@ -211,17 +211,17 @@ impl Guide {
         let aim = used.iter().copied().find(|&axis| self.aims[axis] && of.halvings[axis] == 0);
         let axis = aim.or(best.map(better)).unwrap_or(longest);
         let at = middle(axis);
-        of.reports.sort_by(|a, b| (a.at[axis] >= at).cmp(&(b.at[axis] >= at)));
-        let first_upper = of.reports.partition_point(|r| r.at[axis] < at);
-        let (below, above) = of.reports.split_at_mut(first_upper);
+        of.samples.sort_by(|a, b| (a.at[axis] >= at).cmp(&(b.at[axis] >= at)));
+        let first_upper = of.samples.partition_point(|r| r.at[axis] < at);
+        let (below, above) = of.samples.split_at_mut(first_upper);
         let first = self.nodes.len();
         self.nodes[node] = Node { axis, first, share: 0.0 };
         self.nodes.extend([Node { axis: AXES, first: 0, share: 0.0 }; 2]);
         // Half a report more: what has none may only have been missed.
         let missed = 0.5 * total / (below.len() + above.len()) as f64;
-        for (i, reports) in [below, above].into_iter().enumerate() {
-            let mut half = Box { reports, low: of.low, halvings: of.halvings, squares: 0.0, volume: 0.5 * of.volume };
-            half.squares = half.reports.iter().map(|r| r.weight).sum::<f64>() + missed;
+        for (i, samples) in [below, above].into_iter().enumerate() {
+            let mut half = Box { samples, low: of.low, halvings: of.halvings, squares: 0.0, volume: 0.5 * of.volume };
+            half.squares = half.samples.iter().map(|r| r.weight).sum::<f64>() + missed;
             half.halvings[axis] += 1;
             if i == 1 {
                 half.low[axis] = at;
@@ -252,8 +252,8 @@ impl Guide {
     /// For the shaders: brightness block by block, as the use of a radiance of 1 in a pass of one path for each of `pixels`, then the nodes.
     pub fn table(&self, pixels: f64) -> Vec<UVec4> {
         // Before anything was seen all blocks are alike.
-        let uses = self.brightness().map(|b| if b > 0.0 { 1.0 / (pixels * b) } else { 1.0 });
-        let mut table: Vec<UVec4> = uses.map(|u| UVec4::new((u as f32).to_bits(), 0, 0, 0)).collect();
+        let of_blocks = self.brightness().map(|b| if b > 0.0 { 1.0 / (pixels * b) } else { 1.0 });
+        let mut table: Vec<UVec4> = of_blocks.map(|u| UVec4::new((u as f32).to_bits(), 0, 0, 0)).collect();
         table.extend(self.nodes.iter().map(|node| {
             let lower = if node.axis < AXES { self.nodes[node.first].share / node.share } else { 1.0 };
             UVec4::new(node.axis as u32, node.first as u32, (lower as f32).to_bits(), 0)
@@ -268,7 +268,7 @@ impl Guide {
 mod tests {
     use super::*;
 
-    /// Reports of a thin diagonal: the point on the light and the direction depend on each other, neither tells anything by itself.
+    /// Guiding samples of a thin diagonal: the point on the light and the direction depend on each other, neither tells anything by itself.
     fn grown() -> (Guide, impl Fn([f32; AXES]) -> bool) {
         let is_useful = |at: [f32; AXES]| (at[0] - at[2]).abs() < 0.02;
         let gpu = Gpu::open(None).expect("an adapter");
@@ -283,7 +283,7 @@ mod tests {
             sum
         };
         let points = (1..200_000).map(|i| [number(i, 2), number(i, 3), number(i, 5), number(i, 7), 0.5, 0.5]);
-        guide.reports = points.filter(|at| is_useful(*at)).map(|at| Report { at, weight: 1.0 }).collect();
+        guide.samples = points.filter(|at| is_useful(*at)).map(|at| GuidingSample { at, weight: 1.0 }).collect();
         guide.grow();
         (guide, is_useful)
     }

@@ -17,8 +17,10 @@ pub enum Method {
     /// Light paths unguided
     Unguided,
     /// Light paths not merged
+    #[value(alias = "ungathered")]
     Unmerged,
     /// Light paths merged, but not connected to the sensor
+    #[value(alias = "unjoined")]
     Unconnected,
 }
 

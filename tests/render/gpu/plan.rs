@@ -314,7 +314,7 @@ fn there_is_no_term_or_buffer_for_what_a_scene_does_not_contain() {
         (
             ball(json!({"conductor": {"metal": "Al"}})),
             &["light/emit.wgsl", "light/aim.wgsl", "light/guide.wgsl", "sensor/connect.wgsl", "path/merge.wgsl"],
-            &["splats", "points", "heads", "guide", "uses"],
+            &["splats", "points", "heads", "guide", "guiding_samples"],
         ),
         (json!({"film": {"bins": 40}}), &[], &["wavelength_bins"]),
         (
