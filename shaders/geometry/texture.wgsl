@@ -130,17 +130,3 @@ fn look_up_color(b: ptr<function, Bsdf>, primitive: u32, p: vec3f) {
     }
 }
 #endif
-
-#if LIGHT_TEXTURES
-var<private> light_color: array<vec4f, WAVELENGTHS4>; // of the light that was looked at last
-
-// Looks at a light of picture `index` (or NONE) at its point `p`.
-fn look_at_light(index: u32, primitive: u32, p: vec3f) {
-    if (index != NONE) {
-        let f = filter_texels(index, primitive, p);
-        for (var k = 0u; k < WAVELENGTHS4; k++) {
-            light_color[k] = filtered_spectrum(f, k);
-        }
-    }
-}
-#endif

@@ -58,17 +58,17 @@ fn normal_of_light(light: Light, p: vec3f) -> vec3f {
 fn texture_of_light(light: Light) -> u32 {
     return select(NONE, bitcast<u32>(light.p0.w), light.kind == LIGHT_KIND_TRIANGLE);
 }
-#endif
 
-// Radiance of a surface that emits, where it was looked at.
-fn radiance_of(light: Light, k: u32) -> vec4f {
-#if LIGHT_TEXTURES
-    if (texture_of_light(light) != NONE) {
-        return light_color[k];
+// What that picture shows at the point `p` of a primitive.
+fn emission_texels(light: Light, primitive: u32, p: vec3f) -> Filtered {
+    var f: Filtered;
+    let index = texture_of_light(light);
+    if (index != NONE) {
+        f = filter_texels(index, primitive, p);
     }
-#endif
-    return spectrum(light.row, k);
+    return f;
 }
+#endif
 
 fn emits_towards(light: Light, cos_theta: f32) -> bool {
     return cos_theta > 0.0 || light.two_sided != 0u;
@@ -163,8 +163,8 @@ fn sample_li_area(light: Light, p: vec3f, u: vec2f) -> LightSample {
     }
 #endif
 #if LIGHT_TEXTURES
-    look_at_light(texture_of_light(light), light.primitive, point.p);
     s.is_textured = texture_of_light(light) != NONE;
+    s.texels = emission_texels(light, light.primitive, point.p);
 #endif
     s.wi = wi;
     s.distance = sqrt(d2);
@@ -207,9 +207,6 @@ fn sample_le_area(light: Light, u: vec2f, v: vec2f) -> LightRay {
         l.weight = 0.0;
     }
     l.ray.from_primitive = light.primitive;
-#if LIGHT_TEXTURES
-    look_at_light(texture_of_light(light), light.primitive, l.ray.o);
-#endif
     return l;
 }
 #endif

@@ -36,6 +36,9 @@ fn emit() -> Ray {
         ray.o += sign(cos_theta) * GAMMA_7 * dot(abs(n), abs(ray.o)) * n;
     }
 #endif
+#if LIGHT_TEXTURES
+    let texels = emission_texels(light, light.primitive, begun.ray.o);
+#endif
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         let lit = select(vec4f(0.0), vec4f(weight), vec4u(4u * k, 4u * k + 1u, 4u * k + 2u, 4u * k + 3u) < vec4u(WAVELENGTHS));
 #if ENV_IMAGE
@@ -44,11 +47,13 @@ fn emit() -> Ray {
             continue;
         }
 #endif
-#if LIGHT_AREA
-        beta[k] = lit * radiance_of(light, k);
-#else
-        beta[k] = lit * spectrum(light.row, k);
+#if LIGHT_TEXTURES
+        if (texture_of_light(light) != NONE) {
+            beta[k] = lit * filtered_spectrum(texels, k);
+            continue;
+        }
 #endif
+        beta[k] = lit * spectrum(light.row, k);
     }
 #if INTERIORS
     inside = light.inside;

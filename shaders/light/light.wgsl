@@ -10,6 +10,9 @@
 #if PRECISE_ANGLES
 #include "light/angles.wgsl"
 #endif
+#if LIGHT_TEXTURES
+#include "geometry/texture.wgsl"
+#endif
 #if LIGHT_POINT
 #include "light/point.wgsl"
 #endif
@@ -39,7 +42,8 @@ struct LightSample {
     texel: u32, // texel of the environment's picture, or NONE
 #endif
 #if LIGHT_TEXTURES
-    is_textured: bool, // `light_color` has what the sampled point emits
+    is_textured: bool, // `texels` has what the sampled point emits
+    texels: Filtered,
 #endif
 }
 

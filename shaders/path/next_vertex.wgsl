@@ -56,10 +56,16 @@ fn add_emission(ray: Ray, s: Surface) {
 #endif
         let w = mis_weight_emitter_hit(pdf_li_area(s.light, path.last_vertex, distance(s.p, path.last_vertex), ray.d, s.n), emission);
 #if LIGHT_TEXTURES
-        look_at_light(texture_of_light(light), s.primitive, s.p);
+        if (texture_of_light(light) != NONE) {
+            let texels = emission_texels(light, s.primitive, s.p);
+            for (var k = 0u; k < WAVELENGTHS4; k++) {
+                li[k] += w * beta[k] * filtered_spectrum(texels, k);
+            }
+            return;
+        }
 #endif
         for (var k = 0u; k < WAVELENGTHS4; k++) {
-            li[k] += w * beta[k] * radiance_of(light, k);
+            li[k] += w * beta[k] * spectrum(light.row, k);
         }
     }
 }

@@ -124,7 +124,7 @@ fn light_spectrum(light: LightSample, k: u32) -> vec4f {
 #endif
 #if LIGHT_TEXTURES
     if (light.is_textured) {
-        return light_color[k];
+        return filtered_spectrum(light.texels, k);
     }
 #endif
     return spectrum(light.row, k);
