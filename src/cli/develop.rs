@@ -91,6 +91,9 @@ pub struct Args {
 /// in 0.55 times the CPU time of `reference`, reading and writing included, and dull ones in the same; of 1000x700, in 0.6 and 1.1 times.
 const LARGE: usize = 1_000_000;
 
+/// Exposures up and down, in stops: what a file says beyond is not believed.
+const MOST_STOPS: f64 = 200.0;
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Exposure {
     Stops(f64),
@@ -155,7 +158,7 @@ fn own_exposure(image: &SpectralImage) -> Option<Exposure> {
         return Some(Exposure::Stops(0.0));
     }
     image.attribute("abbe.version")?;
-    image.attribute("EV")?.parse().ok().map(Exposure::Stops)
+    image.attribute("EV")?.parse().ok().filter(|v: &f64| v.abs() <= MOST_STOPS).map(Exposure::Stops)
 }
 
 /// A parser of one of several names.
@@ -169,7 +172,7 @@ fn exposure(text: &str) -> Result<Exposure, String> {
     let parsed = match text.strip_prefix("auto") {
         Some("") => Some(Exposure::Auto(AUTO_SHARE)),
         Some(rest) => rest.strip_prefix(':').and_then(percent),
-        None => text.parse().ok().filter(|v: &f64| v.abs() <= 100.0).map(Exposure::Stops),
+        None => text.parse().ok().filter(|v: &f64| v.abs() <= MOST_STOPS).map(Exposure::Stops),
     };
     parsed.ok_or_else(|| "write stops, 'auto' or a percentile, as in -1.5, auto or auto:95".to_string())
 }

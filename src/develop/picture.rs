@@ -76,6 +76,13 @@ impl Developer {
         }
     }
 
+    /// Whether every step of these pixels' development, the squares and cubes of tone curves and of the gamut too, is well within single precision.
+    pub fn suits_single_precision(&self, xyz: &[[f32; 3]]) -> bool {
+        let gain = self.to_rgb.iter().flatten().fold(0.0, |most: f64, v| most.max(v.abs()));
+        let brightest = xyz.iter().flatten().filter(|v| v.is_finite()).fold(0.0, |most: f32, v| most.max(v.abs()));
+        (1e-30..1e30).contains(&gain) && gain * f64::from(brightest) < 1e10
+    }
+
     /// Linear RGB of a pixel's XYZ in cd m^-2. What is not finite, or has no luminance, is black.
     ///
     /// Where colours are mapped into the gamut and the largest component still exceeds 0.9 (1 after a tone curve that ends there itself),

@@ -55,10 +55,10 @@ impl Default for Precision {
 }
 
 /// Develops `xyz` (cd m^-2, row by row from the upper left, `width` pixels each) and writes it in the format that the name's ending says, by a
-/// temporary file and a rename. On a GPU if one is given, else in double precision.
+/// temporary file and a rename. On a GPU if one is given and single precision is enough, else in double precision.
 ///
 /// # Errors
-/// [`Error::Usage`] for a name of another ending or a linear space in a format of 8 or 16 bits, [`Error::File`] where the file cannot be
+/// [`Error::Usage`] for a name of another ending, a linear space in a format of 8 or 16 bits or linear light beyond single precision, [`Error::File`] where the file cannot be
 /// written, [`Error::Device`] where the GPU fails; what was there before stays.
 pub fn write_picture(
     path: &Path,
@@ -75,6 +75,7 @@ pub fn write_picture(
         return Err(Error::usage("ACEScg is linear light, for which 8 or 16 bits are too few", "let the name end in .exr"));
     }
     let developer = Developer::new(d);
+    let gpu = gpu.filter(|_| developer.suits_single_precision(xyz));
     let size = (width, xyz.len() / width.max(1));
     let encoded = |most| {
         let whole = Whole { most, dither: precision.dither, width };
@@ -95,6 +96,11 @@ pub fn write_picture(
         }
         Format::Exr => {
             let rgb = gpu.map_or_else(|| Ok(developer.linear_image(xyz)), |gpu| gpu::linear_image(gpu, &developer, xyz))?;
+            // What is not finite in XYZ is black by now.
+            if rgb.iter().flatten().any(|v| !v.is_finite()) {
+                let problem = format!("at {:+} stops the brightest pixel is beyond single precision", d.exposure);
+                return Err(Error::usage(problem, "choose a smaller --exposure, or 'auto'"));
+            }
             replace_file(path, |file| exr(file, size, &rgb, d.space))
         }
     }

@@ -384,3 +384,32 @@ fn pictures_of_any_size_are_developed_on_every_device_and_in_every_format() {
         assert!(std::fs::metadata(develop(device, "jpg")).unwrap().len() > 10_000);
     }
 }
+
+#[test]
+fn extreme_exposures_write_numbers_or_say_why_not() {
+    let folder = Folder::new("extreme");
+    let bins = |v: f64| (0..20).map(|i| (format!("S0.{},0nm", 390 + 20 * i), v)).collect::<Vec<_>>();
+    folder.write("bright.exr", &bins(1e25), false);
+    folder.write("dark.exr", &bins(1e-38), false);
+    folder.fails(
+        "develop bright.exr -o a.exr --exposure 100",
+        "at +100 stops the brightest pixel is beyond single precision; choose a smaller --exposure",
+    );
+    assert!(!folder.path("a.exr").exists());
+    for (file, more) in [
+        ("bright", "--exposure 40"),
+        ("bright", "--exposure -100"),
+        ("bright", "--exposure auto"),
+        ("dark", "--exposure auto"),
+        ("dark", "--exposure 100"),
+    ] {
+        folder.run(&format!("develop {file}.exr -o a.exr {more}"));
+        let values = rgb(&folder.path("a.exr"));
+        assert!(values.iter().all(|v| v.is_finite() && *v > 0.0), "{file} {more}: {values:?}");
+    }
+    for tone in ["none", "reinhard", "aces", "agx"] {
+        folder.run(&format!("develop bright.exr -o a.png --exposure 100 --tone {tone}"));
+        assert!(png(&folder.path("a.png")).1.iter().all(|v| *v > 250), "{tone}");
+        folder.run(&format!("develop bright.exr -o a.jpg --exposure 100 --tone {tone}"));
+    }
+}

@@ -352,3 +352,14 @@ fn the_automatic_exposure_shows_the_scene() {
     let other = (cie::xyz_of_unit(Observer::Cie1964)[1] / unit()).log2();
     assert!((stops(Observer::Cie1964, 0.5) - stops(Observer::Cie1931, 0.5) - other).abs() < 1e-5);
 }
+
+#[test]
+fn extremes_are_kept_from_single_precision() {
+    let at = |exposure: f64| Developer::new(&Development { exposure, ..Development::default() });
+    let (white, none) = ([[100.0f32; 3]], [[0.0f32; 3]]);
+    assert!([-20.0, 0.0, 20.0].into_iter().all(|stops| at(stops).suits_single_precision(&white)));
+    // Squares and cubes of 1e13 and more would not fit, nor would the factors themselves.
+    assert!([50.0, 100.0, 140.0].into_iter().all(|stops| !at(stops).suits_single_precision(&white)));
+    assert!([-150.0, 150.0].into_iter().all(|stops| !at(stops).suits_single_precision(&none)));
+    assert!(!at(0.0).suits_single_precision(&[[1e20; 3]]) && at(0.0).suits_single_precision(&[[f32::INFINITY; 3]]));
+}
