@@ -326,10 +326,19 @@ impl<'a> Needs<'a> {
 
     /// Something scatters light into directions that a connection can take.
     fn scatters(&self) -> bool {
-        let lobes = [Feature::RoughDielectric, Feature::RoughConductor, Feature::RoughCoat, Feature::Sheen];
-        self.has(Feature::Diffuse) || self.has(Feature::Scattering) || lobes.iter().any(|&f| self.has(f))
+        SCATTERING.iter().any(|&f| self.has(f))
     }
 }
+
+/// What scatters light into directions that a connection can take.
+pub(super) const SCATTERING: [Feature; 6] = [
+    Feature::Diffuse,
+    Feature::Scattering,
+    Feature::RoughDielectric,
+    Feature::RoughConductor,
+    Feature::RoughCoat,
+    Feature::Sheen,
+];
 
 fn has_normals(mesh: &Mesh) -> bool {
     !mesh.normals.is_empty() || !mesh.tangents.is_empty()

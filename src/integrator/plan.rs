@@ -1,6 +1,6 @@
 //! What a scene needs, worked out before a shader is compiled: only that is in the pipeline.
 
-use super::features::{Feature, Features, Group, Needs, Pass};
+use super::features::{Feature, Features, Group, Needs, Pass, SCATTERING};
 use crate::scene::{Light, Scene};
 use std::fmt;
 
@@ -133,8 +133,9 @@ fn blind_spots(scene: &Scene, features: Features) -> Vec<String> {
         }
     };
     let has = |feature| features.has(feature);
-    let bends = has(Feature::Fresnel);
     let camera = has(Feature::SensorCamera);
+    // Where nothing catches what is bent there are no caustics to be missed.
+    let caustics = has(Feature::Fresnel) && (!camera || SCATTERING.into_iter().any(has));
     missing(
         has(Feature::LightsPresent) && !has(Feature::BsdfSampling),
         "lamps seen straight or through metal and glass: BSDF-sampled emitter hits are switched off",
@@ -145,13 +146,13 @@ fn blind_spots(scene: &Scene, features: Features) -> Vec<String> {
             &format!("{kind}s on what scatters them: next-event estimation is switched off"),
         );
         missing(
-            bends && !has(Feature::LightTracing),
+            caustics && !has(Feature::LightTracing),
             &format!(
                 "caustics of {kind}s on what is seen directly: a path cannot hit a light of no size, and light paths are switched off"
             ),
         );
         missing(
-            bends && camera && !has(Feature::Merging),
+            caustics && camera && !has(Feature::Merging),
             &format!(
                 "caustics of {kind}s seen through glass or in mirrors: a path cannot hit a light of no size, and nothing is merged"
             ),
