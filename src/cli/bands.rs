@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::output::{Bands, SpectralImage};
+use crate::spectrum::unit_problem;
 use std::path::{Path, PathBuf};
 
 #[derive(clap::Args)]
@@ -42,7 +43,7 @@ fn parse(text: &str) -> std::result::Result<Source, String> {
     let range = text.split_once('-').and_then(|(lo, hi)| Some((lo.parse::<f64>().ok()?, hi.parse::<f64>().ok()?)));
     match range {
         None => Ok(Source::Table(PathBuf::from(text))),
-        Some((lo, hi)) if lo > 0.0 && hi > lo && hi < 1e6 => Ok(Source::Range(lo, hi)),
+        Some((lo, hi)) if lo > 0.0 && hi > lo && hi < 1e6 && unit_problem(lo, hi).is_none() => Ok(Source::Range(lo, hi)),
         Some(_) => Err("write the range in nm from low to high, as in 400-700".to_string()),
     }
 }
@@ -56,5 +57,6 @@ mod tests {
         assert_eq!(parse("400-700"), Ok(Source::Range(400.0, 700.0)));
         assert_eq!(parse("a-b.txt"), Ok(Source::Table("a-b.txt".into())));
         assert!(parse("700-400").is_err());
+        assert!(parse("0.4-0.7").is_err_and(|e| e.contains("in nm")));
     }
 }

@@ -3,6 +3,7 @@
 use super::exr_read::Quantity;
 use super::open_plain;
 use crate::error::{Error, Result};
+use crate::spectrum::unit_problem;
 use std::path::Path;
 
 /// The channels of a file that are spectral.
@@ -73,7 +74,10 @@ impl Bands {
                 w[0].channel, w[0].hi_nm, w[1].channel, w[1].lo_nm
             ));
         }
-        if bands.is_empty() { Err("no band in the table".to_string()) } else { Ok(Bands::Table(bands)) }
+        match (bands.first(), bands.last()) {
+            (Some(first), Some(last)) => unit_problem(first.lo_nm, last.hi_nm).map_or(Ok(Bands::Table(bands)), Err),
+            _ => Err("no band in the table".to_string()),
+        }
     }
 
     /// Finds the bands among a file's channels; `None` if it has none of them.
@@ -251,6 +255,7 @@ mod tests {
             "red 600 700 0",
             "red a b",
             "a 400 500\nb 510 600",
+            "a 0.4 0.5\nb 0.5 0.6",
             "a 400 500\nb 450 600",
             "a 1 2 3 4",
         ] {

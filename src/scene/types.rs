@@ -35,6 +35,8 @@ pub struct Scene {
     pub reference: Estimator,
     /// What the loader wants the user to know (ignored glTF features, extrapolated glass, ...), one line each.
     pub notes: Vec<String>,
+    /// What the loader found that is probably not meant, one line each; [`super::advice`] has them too.
+    pub warnings: Vec<String>,
     /// Hash of the scene file and of all files that it includes, so that a picture can be told from that of a changed scene; 0 for a scene that
     /// was not read from files.
     pub source_hash: u64,
@@ -48,6 +50,16 @@ impl Scene {
         let (lo, hi) = (self.film.bins.min_nm, self.film.bins.max_nm);
         let most = (0..=1000).map(|i| color.eval(lo + (hi - lo) * f64::from(i) / 1000.0)).fold(0.0, f64::max);
         Sheen::new(alpha, most)
+    }
+
+    /// Triangles of all shapes; each instance of a mesh has them all.
+    pub fn triangles(&self) -> usize {
+        let of = |shape: &Shape| match &shape.geometry {
+            Geometry::Mesh(mesh) => mesh.triangles.len(),
+            Geometry::Instance(instance) => instance.mesh().triangles.len(),
+            _ => 0,
+        };
+        self.shapes.iter().map(of).sum()
     }
 }
 

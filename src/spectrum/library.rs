@@ -4,8 +4,8 @@
 //! start with a number are rows of a table; in glasses, `also NAME` is another name, `range LO HI` nm, `formula WORD NUMBERS...` as
 //! [`Formula`] has them, `n NM N` and `k NM K` table rows. Names are looked up without regard to case.
 
-use super::Spectrum;
 use super::ior::{Formula, Ior};
+use super::{Spectrum, unit_problem};
 use include_dir::{Dir, DirEntry, include_dir};
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -309,10 +309,10 @@ pub fn parse_spectrum_text(text: &str) -> Result<Spectrum, String> {
         values.push(y);
     }
     match (nm.first(), nm.last()) {
-        (Some(first), Some(last)) if *last < 10.0 => {
-            Err(format!("wavelengths from {first} to {last} nm: these look like micrometres"))
-        }
-        (Some(_), _) => Ok(Spectrum::Table { nm, values, extend: true }),
+        (Some(first), Some(last)) => match unit_problem(*first, *last) {
+            Some(problem) => Err(problem),
+            None => Ok(Spectrum::Table { nm, values, extend: true }),
+        },
         _ => Err("no \"nm value\" line in the file".into()),
     }
 }

@@ -3,9 +3,11 @@
 mod bins;
 mod ior;
 pub mod library;
+mod units;
 
 pub use bins::Bins;
 pub use ior::{Formula, Ior, LINE_C_NM, LINE_D_NM, LINE_F_NM};
+pub use units::unit_problem;
 
 /// A function of wavelength.
 #[derive(Debug, Clone, PartialEq)]
@@ -124,6 +126,23 @@ impl Spectrum {
                 p.1.breakpoints(lo, hi, out);
             }
             Spectrum::Constant(_) | Spectrum::Blackbody { .. } | Spectrum::Sigmoid { .. } => {}
+        }
+    }
+
+    /// The part of `[lo, hi]` nm in which it is known. Outside it a table has ended, and the spectrum is 0 though it did not fall to that, or with `held`
+    /// its end values are taken.
+    pub fn known_within(&self, lo: f64, hi: f64, held: bool) -> (f64, f64) {
+        match self {
+            Spectrum::Table { nm, values, extend } if *extend == held && !nm.is_empty() => {
+                let ends = |i: usize| held || values[i] != 0.0;
+                let last = nm.len() - 1;
+                (if ends(0) { nm[0].max(lo) } else { lo }, if ends(last) { nm[last].min(hi) } else { hi })
+            }
+            Spectrum::Product(p) => {
+                let (a, b) = (p.0.known_within(lo, hi, held), p.1.known_within(lo, hi, held));
+                (a.0.max(b.0), a.1.min(b.1))
+            }
+            _ => (lo, hi),
         }
     }
 

@@ -455,3 +455,79 @@ fn scenes_put_maps_of_normals_on_their_own_materials() {
     let line = scene(r#"{"m": {"normal_map": {"of": "m", "texture": "n.png"}}}"#).unwrap_err().to_string();
     assert!(line.contains("contain each other"), "{line}");
 }
+
+#[test]
+fn pictures_of_light_are_within_single_precision_with_their_factors() {
+    let folder = Folder::new("range");
+    let exr = |name: &str, v: f32| {
+        image::Rgb32FImage::from_pixel(2, 1, image::Rgb([v, 0.5 * v, v])).save(folder.0.join(name)).unwrap();
+    };
+    exr("dark.exr", 1e-30);
+    exr("one.exr", 1.0);
+    exr("bright.exr", 1e30);
+    let sky = |file: &str, scale: f64| scene_with("lights", &json!([{"image": {"file": file, "scale": scale}}]).to_string());
+    let lamp = |file: &str, scale: f64| {
+        let quad = json!({"corner": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]});
+        scene_with("shapes", &json!([{"quad": quad, "emission": {"radiance": {"texture": file, "scale": scale}}}]).to_string())
+    };
+    for text in [sky as fn(&str, f64) -> String, lamp] {
+        for (file, scale) in [("one.exr", 1.0), ("one.exr", 0.0), ("dark.exr", 1e25), ("bright.exr", 1e-25), ("one.exr", 1e-15)] {
+            folder.scene(&text(file, scale)).unwrap_or_else(|e| panic!("{file} times {scale}: {e}"));
+        }
+        for (file, scale, says) in [
+            ("one.exr", 1e-30, "too dark"),
+            ("one.exr", 1e-60, "too dark"),
+            ("dark.exr", 1.0, "too dark"),
+            ("one.exr", 1e30, "too bright"),
+            ("bright.exr", 1.0, "too bright"),
+            ("bright.exr", 1e30, "too bright"),
+        ] {
+            let line = folder.scene(&text(file, scale)).expect_err(file).to_string();
+            assert!(line.contains(says) && line.contains("single precision"), "{file} times {scale}: {line}");
+        }
+    }
+}
+
+/// A triangle of this material, and a light.
+fn triangle(folder: &Folder, material: Value, light: Value) -> abbe::Result<Scene> {
+    let positions: Vec<u8> = [0f32, 0., 0., 1., 0., 0., 0., 1., 0.].iter().flat_map(|v| v.to_le_bytes()).collect();
+    folder.write("t.bin", &positions);
+    folder.gltf(&json!({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
+        "nodes": [{"mesh": 0}, {"extensions": {"KHR_lights_punctual": {"light": 0}}}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+        "materials": [material],
+        "buffers": [{"uri": "t.bin", "byteLength": 36}], "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "extensions": {"KHR_lights_punctual": {"lights": [light]}},
+    }))
+}
+
+#[test]
+fn gltf_light_is_within_single_precision() {
+    let folder = Folder::new("gltf-range");
+    let scene = |strength: f64, intensity: f64| {
+        let emitter = json!({"emissiveFactor": [1, 1, 1], "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": strength}}});
+        triangle(&folder, emitter, json!({"type": "point", "intensity": intensity}))
+    };
+    scene(10.0, 100.0).unwrap();
+    scene(0.0, 0.0).unwrap();
+    for (strength, intensity, place) in [(1e-25, 100.0, "materials[0]"), (10.0, 1e-25, "KHR_lights_punctual")] {
+        let line = scene(strength, intensity).expect_err(place).to_string();
+        assert!(line.contains("too dark for single precision") && line.contains(place), "{line}");
+    }
+}
+
+#[test]
+fn a_gltf_film_that_is_not_given_in_nm_is_noted() {
+    let folder = Folder::new("gltf-film");
+    let notes = |thickness: f64| {
+        let film = json!({"iridescenceFactor": 1, "iridescenceThicknessMaximum": thickness});
+        let material = json!({"extensions": {"KHR_materials_iridescence": film}});
+        let scene = triangle(&folder, material, json!({"type": "point"})).unwrap();
+        scene.notes.into_iter().filter(|note| note.contains("a film of")).collect::<Vec<_>>()
+    };
+    assert!(notes(400.0).is_empty());
+    let said = notes(4e-4);
+    assert!(said.len() == 1 && said[0].contains("0.0004 nm") && said[0].contains("thickness is in nm"), "{said:?}");
+}

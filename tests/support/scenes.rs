@@ -49,6 +49,7 @@ pub fn scene(width: u32, height: u32, count: u32, sensor: Sensor) -> Scene {
         max_depth: 64,
         reference: Estimator::Backward,
         notes: vec![],
+        warnings: Vec::new(),
         source_hash: 0,
         sources: Vec::new(),
     }

@@ -7,6 +7,7 @@ use crate::scene::Light;
 use crate::scene::gltf::file::item;
 use crate::scene::gltf::material::photometric;
 use crate::scene::json::load::{Loader, frame};
+use crate::scene::json::spectra::Place;
 use crate::scene::json::units::Source;
 use crate::scene::json::{LARGEST_LENGTH, Node};
 use crate::scene::light::spot_solid_angle;
@@ -54,6 +55,7 @@ pub(in crate::scene) fn light(loader: &Loader, node: &Node, world: &DMat4, said:
     let direction = -frame.z_axis;
     let rgb = node.get("color").map_or(Ok([1.0; 3]), |n| n.numbers())?;
     let own = photometric(node, rgb, node.get("intensity").map_or(Ok(1.0), |n| n.within(0.0, 1e15))?)?;
+    loader.reader.check(node, &own, Place::Light)?;
     let amount = |key: &str, source| match said.filter(|s| s.get(key).is_some()) {
         Some(said) => loader.reader.light_by_file(said, key, source, cie::xyz_of(&own, Observer::Cie1931)[1]),
         None => Ok(own.clone()),

@@ -6,9 +6,8 @@ use crate::color::cie;
 use crate::color::upsample;
 use crate::error::Result;
 use crate::scene::gltf::texture::{Textures, Use, uv_set};
-use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
-use crate::scene::json::materials::THICKEST_FILM;
+use crate::scene::json::{Node, THICKEST_FILM, THINNEST_FILM};
 use crate::scene::roughness::Roughness;
 use crate::scene::{Emission, Grain, Interior, Material, Texture, ThinFilm};
 use crate::spectrum::library::Observer;
@@ -294,6 +293,9 @@ impl<'n> Reader<'_, 'n, '_> {
         let share = self.share(factor(Some(&node), "iridescenceFactor", 0.0, 1.0)?, "iridescenceTexture", 0, None)?;
         let ior = Ior::constant(node.get("iridescenceIor").map_or(Ok(1.3), |n| n.within(1.0, 5.0))?);
         let thickness_nm = factor(Some(&node), "iridescenceThicknessMaximum", 400.0, THICKEST_FILM)?;
+        if thickness_nm > 0.0 && thickness_nm < THINNEST_FILM {
+            self.note(&format!("a film of {thickness_nm} nm cannot be seen: thickness is in nm (KHR_materials_iridescence)"));
+        }
         if node.get("iridescenceThicknessTexture").is_some() {
             self.note("films are of one thickness: of its picture the greatest counts (KHR_materials_iridescence)");
         }
@@ -399,6 +401,7 @@ impl<'n> Reader<'_, 'n, '_> {
             Some(picture) => picture,
             None => photometric(self.node, emissive, strength)?.into(),
         };
+        self.loader.reader.check_light(self.node, &radiance)?;
         Ok(Some(Emission { radiance, two_sided }))
     }
 }

@@ -17,6 +17,9 @@ use std::f64::consts::PI;
 /// Kinds of light that are not shapes.
 const LIGHTS: &[&str] = &["point", "spot", "beam", "laser", "sun", "constant", "image"];
 
+/// Lasers of a greater radius were probably given in millimetres; m.
+const WIDEST_LASER: f64 = 0.25;
+
 /// The keys of lights.
 pub(super) const KEYS: Keys = &[
     ("light", LIGHTS),
@@ -83,9 +86,14 @@ impl Loader {
             }
             "laser" => {
                 let radius = inner.need("radius")?.length()?;
+                if radius > WIDEST_LASER {
+                    let text =
+                        format!("a laser beam {} m wide; lengths are metres: one of 1 mm has a radius of 0.0005", 2.0 * radius);
+                    self.reader.remarks.warn(&inner, &text);
+                }
                 let width_nm = inner.get("width_nm").map_or(Ok(0.1), |n| n.within(1e-3, 1000.0))?;
                 let wavelength = inner.need("wavelength_nm")?;
-                let center_nm = wavelength.within(1.0, 1e5)?;
+                let center_nm = wavelength.wavelength()?;
                 let (lo, hi) = self.reader.range;
                 if center_nm + 0.5 * width_nm <= lo || center_nm - 0.5 * width_nm >= hi {
                     return Err(wavelength.fail(

@@ -5,12 +5,14 @@ use crate::scene::gltf;
 use crate::scene::json::files::{Files, read_scene_file};
 use crate::scene::json::keys::SENSORS;
 use crate::scene::json::materials::Materials;
+use crate::scene::json::remarks::Remarks;
 use crate::scene::json::spectra::SpectrumReader;
 use crate::scene::json::{Node, parse};
 use crate::scene::mesh::instance::SharedMeshes;
 use crate::scene::texture::Image;
 use crate::scene::texture::image;
 use crate::scene::{Bins, Estimator, FilmSettings, Filter, Light, Mesh, Scene, Sensor, Shape, WavelengthSampling};
+use crate::spectrum::unit_problem;
 use crate::stage::{self, Stage};
 use glam::{DMat3, DVec3};
 use std::collections::{BTreeMap, HashMap};
@@ -109,11 +111,12 @@ impl Loader {
             max_depth: 64,
             reference: Estimator::Backward,
             notes: Vec::new(),
+            warnings: Vec::new(),
             source_hash: 0,
             sources: Vec::new(),
         };
         Loader {
-            reader: SpectrumReader { files, range },
+            reader: SpectrumReader { files, range, remarks: Remarks::default() },
             scene,
             names: HashMap::new(),
             kit: Materials::default(),
@@ -141,6 +144,7 @@ fn read(text: &str, file: &Path, files: Files, options: &LoadOptions) -> Result<
     }
     let film = film(root.get("film"), &root, options)?;
     let mut loader = Loader::new(files, film);
+    suspect_radians(&root, &loader.reader.remarks);
     if let Some(name) = root.get("name") {
         // One line, whatever it says: the name goes into file headers and messages.
         loader.scene.name = name.string()?.chars().filter(|c| !c.is_control()).take(200).collect();
@@ -168,6 +172,27 @@ fn read(text: &str, file: &Path, files: Files, options: &LoadOptions) -> Result<
     Ok(loader)
 }
 
+/// Warns of angles in degrees that are simple shares of pi, as no angle in degrees is, and of fields of view and cones that are as small as those.
+fn suspect_radians(node: &Node, remarks: &Remarks) {
+    use std::f64::consts::FRAC_PI_4;
+    for (key, member) in node.entries().unwrap_or_default() {
+        let angles = if key.ends_with("_deg") { member.array(0).unwrap_or_else(|_| vec![member.clone()]) } else { Vec::new() };
+        for angle in angles.iter().filter_map(|n| n.value.as_f64()).filter(|a| *a != 0.0) {
+            let eighths = (angle / FRAC_PI_4).round();
+            let is_share_of_pi = (1.0..=8.0).contains(&eighths.abs()) && (angle - eighths * FRAC_PI_4).abs() < 1e-3;
+            let is_narrow = ["vfov_deg", "outer_deg"].contains(&key) && angle < 2.0 * FRAC_PI_4;
+            if is_share_of_pi || is_narrow {
+                let text = format!("an angle of {angle} degrees; if radians were meant, write {:.4}", angle.to_degrees());
+                remarks.warn(&member, &text);
+            }
+        }
+        suspect_radians(&member, remarks);
+    }
+    for element in node.array(0).unwrap_or_default().iter().filter(|n| n.value.is_object() || n.value.is_array()) {
+        suspect_radians(element, remarks);
+    }
+}
+
 /// Film settings out of the scene's `film` (all of it optional) and the options.
 pub(in crate::scene) fn film(node: Option<Node>, root: &Node, options: &LoadOptions) -> Result<FilmSettings> {
     let at = node.clone().unwrap_or_else(|| root.clone());
@@ -185,7 +210,8 @@ pub(in crate::scene) fn film(node: Option<Node>, root: &Node, options: &LoadOpti
     let [min_nm, max_nm] = get("range_nm").map_or(Ok([380.0, 780.0]), |n| n.numbers())?;
     if !(min_nm >= 300.0 && max_nm <= 2500.0 && max_nm - min_nm >= 1e-3) {
         let place = get("range_nm").unwrap_or(at);
-        return Err(place.fail(format!("{min_nm} to {max_nm} nm is no range"), "give [lowest, highest] within 300 to 2500 nm"));
+        let problem = unit_problem(min_nm, max_nm).unwrap_or_else(|| format!("{min_nm} to {max_nm} nm is no range"));
+        return Err(place.fail(problem, "give [lowest, highest] within 300 to 2500 nm"));
     }
     let count = match (options.channels, get("bins")) {
         (Some(v), _) if (1..=400).contains(&v) => v,
@@ -299,8 +325,10 @@ impl Loader {
         self.flatten_the_few();
         self.comb();
         self.scene.match_indices();
+        let [notes, warnings] = self.reader.remarks.take();
+        self.scene.notes.extend(notes);
         let files = &self.reader.files;
-        Scene { source_hash: files.hash(), sources: files.sources(), ..self.scene }
+        Scene { warnings, source_hash: files.hash(), sources: files.sources(), ..self.scene }
     }
 
     /// Adds a note for the user, once.

@@ -47,8 +47,8 @@ pub(super) const KEYS: Keys = &[
     ),
 ];
 
-/// Thickest film, nm: in thicker ones the colours of neighbouring wavelengths run into each other.
-pub(in crate::scene) const THICKEST_FILM: f64 = 10_000.0;
+/// Films thinner than this show no colours, nm: a soap film is black when it bursts.
+const COLOURLESS_FILM: f64 = 4.0;
 /// Mixes of mixes may be this deep.
 const DEEPEST_MIX: usize = 8;
 
@@ -272,7 +272,13 @@ fn film(loader: &Loader, node: &Node, material: &Material) -> Result<Option<Thin
         _ => {}
     }
     let ior = own_ior.map_or_else(|| loader.reader.ior(&node.need("ior")?), |ior| Ok(ior.clone()))?;
-    Ok(Some(ThinFilm { ior, thickness_nm: node.need("thickness")?.within(0.0, THICKEST_FILM)? }))
+    let thickness = node.need("thickness")?;
+    let thickness_nm = thickness.thickness()?;
+    if thickness_nm > 0.0 && thickness_nm < COLOURLESS_FILM {
+        let text = format!("a film of {thickness_nm} nm is too thin to show; if um were meant, write {}", 1000.0 * thickness_nm);
+        loader.reader.remarks.warn(&thickness, &text);
+    }
+    Ok(Some(ThinFilm { ior, thickness_nm }))
 }
 
 fn medium(loader: &Loader, node: &Node) -> Result<Medium> {
@@ -308,6 +314,7 @@ fn absorption_of(loader: &Loader, node: &Node, ior: &Node) -> Result<Spectrum> {
     let spectrum =
         found.ok_or_else(|| node.fail(format!("no absorption is known of {}", quoted(name)), "give the absorption in m^-1"))?;
     loader.reader.check(node, &spectrum, Place::Coefficient)?;
+    loader.reader.note_held(node, &spectrum);
     Ok(spectrum)
 }
 
@@ -319,7 +326,9 @@ fn conductor(loader: &Loader, node: &Node) -> Result<(Spectrum, Spectrum)> {
         let name = metal.string()?;
         let unknown =
             || metal.fail(format!("unknown metal {}", quoted(name)), suggest(name, library::metal_names().iter().copied()));
-        return library::metal(name).ok_or_else(unknown);
+        let (eta, k) = library::metal(name).ok_or_else(unknown)?;
+        loader.reader.note_held(&metal, &eta);
+        return Ok((eta, k));
     }
     let missing = |key| node.fail(format!("{key:?} is missing"), "add \"metal\", \"reflectance\", or \"eta\" and \"k\"");
     let [eta, k] = ["eta", "k"].map(|key| node.get(key).ok_or_else(|| missing(key)));

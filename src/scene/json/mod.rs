@@ -6,12 +6,14 @@ pub mod keys;
 pub(in crate::scene) mod lights;
 pub(in crate::scene) mod load;
 pub(in crate::scene) mod materials;
+pub(in crate::scene) mod remarks;
 pub(in crate::scene) mod shapes;
 pub(in crate::scene) mod spectra;
 pub(in crate::scene) mod transform;
 pub(in crate::scene) mod units;
 
 use crate::error::{Error, Result, quoted, suggest};
+use crate::spectrum::unit_problem;
 use glam::DVec3;
 use serde::de::{DeserializeSeed, Error as _, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
@@ -20,6 +22,11 @@ use std::path::Path;
 
 /// Coordinates beyond this many metres are refused: single precision on the GPU has nothing left to say there.
 pub const LARGEST_LENGTH: f64 = 1e9;
+
+/// Thinnest film, nm: some atoms.
+pub const THINNEST_FILM: f64 = 1.0;
+/// Thickest film, nm: in thicker ones the colours of neighbouring wavelengths run into each other.
+pub const THICKEST_FILM: f64 = 10_000.0;
 
 /// Parses JSON text; nesting is limited to 128 by `serde_json`, and a key may appear once per object.
 pub fn parse(text: &str, file: &Path) -> Result<Value> {
@@ -239,6 +246,30 @@ impl<'a> Node<'a> {
             return Err(self.fail(format!("{v} m is out of range"), "lengths are metres, from 1e-12 to 1e9"));
         }
         Ok(v)
+    }
+
+    /// A wavelength in nm.
+    pub fn wavelength(&self) -> Result<f64> {
+        let nm = self.positive()?;
+        match unit_problem(nm, nm) {
+            Some(problem) => Err(self.fail(problem, "write nm, as in 589.3")),
+            None => Ok(nm),
+        }
+    }
+
+    /// The thickness of a film in nm, 0 for none.
+    pub fn thickness(&self) -> Result<f64> {
+        let nm = self.number()?;
+        let remedy = match nm {
+            0.0 => return Ok(nm),
+            nm if (THINNEST_FILM..=THICKEST_FILM).contains(&nm) => return Ok(nm),
+            nm if nm > THICKEST_FILM => "leave it out where there is more than that, as in a pane: then no colours are seen",
+            _ => "a film of 0.3 um is 300, and a pane of millimetres shows no colours: leave it out there",
+        };
+        Err(self.fail(
+            format!("a film of {nm} nm is out of range"),
+            format!("thickness is in nm, from {THINNEST_FILM} to {THICKEST_FILM}; {remedy}"),
+        ))
     }
 
     /// A whole number in `[lo, hi]`.

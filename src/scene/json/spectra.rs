@@ -2,10 +2,12 @@
 
 use crate::color::upsample;
 use crate::error::{Result, quoted, suggest};
+use crate::scene::Texture;
 use crate::scene::json::Node;
 use crate::scene::json::files::Files;
 use crate::scene::json::keys::SPECTRA;
-use crate::spectrum::{Ior, Spectrum, library};
+use crate::scene::json::remarks::Remarks;
+use crate::spectrum::{Ior, LINE_C_NM, LINE_F_NM, Spectrum, library, unit_problem};
 use serde_json::Value;
 
 /// What a spectrum stands for, which decides the values it may have and how RGB is turned into it.
@@ -22,6 +24,17 @@ pub enum Place {
 /// Amounts of light, in W and SI units per nm, that single precision carries through a scene: more is refused, and what is nowhere so much, but not 0.
 pub(crate) const LIGHT: std::ops::RangeInclusive<f64> = 1e-20..=1e20;
 
+/// Abbe numbers of materials: rutile has 9.2, magnesium fluoride 106, gases more. Of formulas of glass whose `c_um2` are not squared it is below 6.
+const DISPERSIONS: std::ops::RangeInclusive<f64> = 9.0..=1000.0;
+
+/// What formulas are given in.
+const SELLMEIER: &str =
+    "c_um2 are the squares of wavelengths in um: square a C that is given in um, and divide one in nm^2 by 1e6";
+const CAUCHY: &str = "n = A + B/um^2 + C/um^4: divide a B that is given in nm^2 by 1e6, and C by 1e12";
+
+/// Measured data are thought to go on as they end for so many nm.
+const FAR: f64 = 50.0;
+
 /// Reads spectra over the film's range.
 #[derive(Debug, Clone)]
 pub struct SpectrumReader {
@@ -29,6 +42,8 @@ pub struct SpectrumReader {
     pub files: Files,
     /// The film's range, nm.
     pub range: (f64, f64),
+    /// What there is to say of them.
+    pub remarks: Remarks,
 }
 
 impl SpectrumReader {
@@ -46,7 +61,52 @@ impl SpectrumReader {
             }
         };
         self.check(node, &spectrum, place)?;
+        match place {
+            Place::Light => self.remark_dark(node, &spectrum),
+            Place::Share | Place::Coefficient => self.note_held(node, &spectrum),
+        }
         Ok(spectrum)
+    }
+
+    /// Notes where light is dark only because its table has ended, and warns where all of it lies outside the film's range.
+    fn remark_dark(&self, node: &Node, spectrum: &Spectrum) {
+        let (lo, hi) = self.range;
+        if !spectrum.is_zero() && spectrum.integral(lo, hi) == 0.0 {
+            let text =
+                format!("the light has nothing within the film's {lo} to {hi} nm; widen film.range_nm, or use another spectrum");
+            return self.remarks.warn(node, &text);
+        }
+        let (from, to) = spectrum.known_within(lo, hi, false);
+        if (from, to) != (lo, hi) {
+            let text = format!(
+                "the light is known from {from} to {to} nm; in the rest of the film's {lo} to {hi} nm it is taken to be dark"
+            );
+            self.remarks.note(node, &text);
+        }
+    }
+
+    /// Notes where the end values of a table are taken far outside it: of numbers that the scene writes itself, only where the film sees nothing else.
+    pub(in crate::scene) fn note_held(&self, node: &Node, spectrum: &Spectrum) {
+        let (lo, hi) = self.range;
+        let (from, to) = spectrum.known_within(lo, hi, true);
+        if (from - lo).max(hi - to) > FAR && (from >= to || !node.value.is_array()) {
+            let text = if from < to {
+                format!(
+                    "the spectrum is known from {from} to {to} nm; in the rest of the film's {lo} to {hi} nm its end values are taken"
+                )
+            } else {
+                format!("the spectrum is known outside the film's {lo} to {hi} nm only, where its end value is taken")
+            };
+            self.remarks.note(node, &text);
+        }
+    }
+
+    /// Checks what a surface emits: of a picture, what is brightest in it.
+    pub(in crate::scene) fn check_light(&self, node: &Node, radiance: &Texture) -> Result<()> {
+        match radiance {
+            Texture::Uniform(spectrum) => self.check(node, spectrum, Place::Light),
+            Texture::Image(texture) => self.check(node, &texture.factor.clone().scaled(texture.image.brightest()), Place::Light),
+        }
     }
 
     fn named(&self, node: &Node, place: Place) -> Result<Spectrum> {
@@ -75,12 +135,12 @@ impl SpectrumReader {
                 inner.object("line")?;
                 let width_nm = inner.get("width").map_or(Ok(0.1), |n| n.within(1e-3, 1000.0))?;
                 let power = inner.get("power").map_or(Ok(1.0), |n| n.non_negative())?;
-                Spectrum::Band { center_nm: inner.need("nm")?.within(1.0, 1e5)?, width_nm, height: power / width_nm }
+                Spectrum::Band { center_nm: inner.need("nm")?.wavelength()?, width_nm, height: power / width_nm }
             }
             "band" => {
                 inner.object("band")?;
                 Spectrum::Band {
-                    center_nm: inner.need("nm")?.within(1.0, 1e5)?,
+                    center_nm: inner.need("nm")?.wavelength()?,
                     width_nm: inner.need("width")?.within(1e-3, 1e5)?,
                     height: inner.get("value").map_or(Ok(1.0), |n| n.non_negative())?,
                 }
@@ -116,16 +176,18 @@ impl SpectrumReader {
         let bad = values.into_iter().find(|(_, v)| !(v.is_finite() && *v >= 0.0 && *v <= most));
         match bad {
             None if place == Place::Light && greatest > 0.0 && greatest < *LIGHT.start() => Err(node.fail(
-                format!("the light is {greatest:e} at most, too dark for single precision"),
+                format!("the light is {greatest:.3e} at most, too dark for single precision"),
                 "use brighter lights and a smaller exposure, or 0",
             )),
             None => Ok(()),
             Some((nm, v)) if place == Place::Light && v.is_finite() && v > most => Err(node.fail(
-                format!("the light of {v:e} at {nm} nm is too bright for single precision"),
+                format!("the light of {v:.3e} at {nm} nm is too bright for single precision"),
                 format!("use at most {most:e}, and a greater exposure"),
             )),
-            Some((nm, v)) if place == Place::Share => Err(node
-                .fail(format!("the value {v} at {nm} nm is not within 0 to 1"), "a reflectance or weight lies between 0 and 1")),
+            Some((nm, v)) if place == Place::Share => Err(node.fail(
+                format!("the value {v} at {nm} nm is not within 0 to 1"),
+                "a reflectance or weight lies between 0 and 1 (80 % is 0.8)",
+            )),
             Some((nm, v)) if v < 0.0 => {
                 Err(node.fail(format!("the value {v} at {nm} nm is negative"), "use values of 0 or more"))
             }
@@ -147,19 +209,49 @@ impl SpectrumReader {
             }
         };
         let (lo, hi) = self.range;
+        let formula = |key| node.get(key).is_some();
         ior.check_range(lo, hi).map_err(|message| {
             let (problem, remedy) = message.split_once("; ").unwrap_or((&message, "correct the index"));
             let remedy = if node.value.is_string() && remedy.contains("extrapolate") {
                 format!("narrow film.range_nm, or write {{\"glass\": {}, \"extrapolate\": true}}", node.value)
+            } else if formula("sellmeier") && problem.contains("the dispersion formula") {
+                format!("{remedy}; {SELLMEIER}")
             } else {
                 remedy.to_string()
             };
             node.fail(problem, remedy)
         })?;
-        if !(0.1..=10.0).contains(&ior.eval(lo)) || !(0.1..=10.0).contains(&ior.eval(hi)) {
-            return Err(node.fail("the index is not within 0.1 to 10", "check the coefficients (wavelengths in um)"));
+        let units = match node.get("sellmeier") {
+            Some(_) => SELLMEIER,
+            None if formula("cauchy") => CAUCHY,
+            None => "check the numbers",
+        };
+        if let Some(nm) = [lo, hi].into_iter().find(|&nm| !(0.1..=10.0).contains(&ior.eval(nm))) {
+            return Err(node.fail(format!("the index {:.4} at {nm} nm is not within 0.1 to 10", ior.eval(nm)), units));
+        }
+        // Of a formula that somebody typed in, or a table: what has a name was looked at, and an Abbe number is meant as it is.
+        if formula("sellmeier") || formula("cauchy") || formula("table") {
+            self.warn_of_dispersion(node, &ior, units);
         }
         Ok(ior)
+    }
+
+    /// Warns of an index that falls with wavelength as in no material.
+    fn warn_of_dispersion(&self, node: &Node, ior: &Ior, units: &str) {
+        let known = Ior { extrapolate: false, ..ior.clone() };
+        let (lo, hi) = known.range_nm;
+        if lo > LINE_F_NM || hi < LINE_C_NM || known.is_constant_over(LINE_F_NM, LINE_C_NM) {
+            return;
+        }
+        let abbe = known.vd();
+        if !DISPERSIONS.contains(&abbe) {
+            let [least, most] = [DISPERSIONS.start(), DISPERSIONS.end()];
+            let text = format!(
+                "this is an index of {:.4} with an Abbe number of {abbe:.2}, and materials have {least} to {most}; {units}",
+                known.nd()
+            );
+            self.remarks.warn(node, &text);
+        }
     }
 }
 
@@ -178,6 +270,10 @@ fn held_outside(spectrum: Spectrum, place: Place) -> Spectrum {
 fn points(node: &Node) -> Result<Vec<(f64, f64)>> {
     let mut points: Vec<(f64, f64)> = Vec::new();
     for item in node.array(2)? {
+        if item.value.is_number() {
+            let remedy = "write [[nm, value], ...], or for a colour {\"linear_rgb\": [1, 1, 1]}";
+            return Err(node.fail("these numbers are no spectrum", remedy));
+        }
         let [nm, value] = item.numbers()?;
         if nm <= 0.0 || points.last().is_some_and(|last| nm <= last.0) {
             return Err(
@@ -186,7 +282,10 @@ fn points(node: &Node) -> Result<Vec<(f64, f64)>> {
         }
         points.push((nm, value));
     }
-    Ok(points)
+    match unit_problem(points[0].0, points[points.len() - 1].0) {
+        Some(problem) => Err(node.fail(problem, "write them in nm, as in [[400, 0.1], [700, 0.2]]")),
+        None => Ok(points),
+    }
 }
 
 fn table(node: &Node, place: Place) -> Result<Spectrum> {
@@ -207,7 +306,7 @@ fn rgb(node: &Node, encoded: bool, place: Place) -> Result<Spectrum> {
     let mut rgb: [f64; 3] = node.numbers()?;
     let limited = encoded || place == Place::Share;
     if rgb.iter().any(|v| *v < 0.0 || (limited && *v > 1.0)) {
-        let range = if limited { "from 0 to 1" } else { "of 0 or more" };
+        let range = if limited { "from 0 to 1, those of 8 bits over 255" } else { "of 0 or more" };
         return Err(node.fail("a colour component is out of range", format!("use components {range}")));
     }
     if encoded {
@@ -259,6 +358,9 @@ fn ior_object(node: &Node) -> Result<Ior> {
     };
     if let Some(range) = node.get("range_nm") {
         let [lo, hi] = range.numbers()?;
+        if let Some(problem) = unit_problem(lo, hi) {
+            return Err(range.fail(problem, "give [lowest, highest] in nm"));
+        }
         if lo <= 0.0 || hi <= lo {
             return Err(range.fail(format!("{lo} to {hi} is no range"), "give [lowest, highest] in nm"));
         }

@@ -28,8 +28,11 @@ pub(in crate::scene) fn image(reader: &SpectrumReader, node: &Node) -> Result<Li
     };
     let name = quoted(file.string()?);
     let picture = picture::decode(&bytes, &name, &file)?;
-    let scaled = picture.linear(picture.encoded).map(|[r, g, b, _]| [r, g, b].map(|v| v * scale));
-    let image = picture.spectra(scaled, Place::Light);
+    let scaled = || picture.linear(picture.encoded).map(|[r, g, b, _]| [r, g, b].map(|v| v * scale));
+    // Before single precision makes nothing of it.
+    let brightest = scaled().flatten().fold(0.0, f64::max);
+    reader.check(node, &upsample::white().scaled(brightest), Place::Light)?;
+    let image = picture.spectra(scaled(), Place::Light);
     let image = image.ok_or_else(|| file.fail(format!("{name}: a texel is too bright"), "use a smaller \"scale\""))?;
     let (width, height, texels) = (image.width, image.height, image.texels);
     Ok(Light::Image(Arc::new(EnvironmentMap { width, height, texels, illuminant: upsample::white(), to_local })))

@@ -4,7 +4,7 @@ use crate::color::upsample;
 use crate::error::{Result, quoted};
 use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
-use crate::scene::json::spectra::{LIGHT, Place};
+use crate::scene::json::spectra::Place;
 use crate::scene::texture::picture;
 use crate::scene::texture::{Image, ImageTexture, Texture, Wrap};
 use crate::spectrum::Spectrum;
@@ -56,19 +56,12 @@ impl Loader {
                 image
             }
         };
-        let brightest = image.texels.iter().map(|t| f64::from(t[3])).fold(0.0, f64::max);
-        if light && scale * brightest > *LIGHT.end() {
-            return Err(node.fail("a texel is too bright for single precision", "use a smaller \"scale\""));
+        let factor = if light { upsample::white() } else { Spectrum::Constant(1.0) }.scaled(scale);
+        let texture = Texture::Image(Arc::new(ImageTexture { image, wrap: [wrap; 2], nearest, to_image, factor, cutoff: None }));
+        if light {
+            self.reader.check_light(node, &texture)?;
         }
-        let white = if light { upsample::white() } else { Spectrum::Constant(1.0) };
-        Ok(Some(Texture::Image(Arc::new(ImageTexture {
-            image,
-            wrap: [wrap; 2],
-            nearest,
-            to_image,
-            factor: white.scaled(scale),
-            cutoff: None,
-        }))))
+        Ok(Some(texture))
     }
 
     /// The picture of normals of a `normal_map`: red to the right, green up the picture, blue outwards, a half standing for 0.
@@ -87,7 +80,7 @@ impl Loader {
         let picture = picture::decode(&bytes, &name, file)?;
         let colours = picture.linear(picture.encoded && !as_it_is).map(|[r, g, b, _]| [r, g, b]);
         let (problem, remedy) = match place {
-            Place::Light => ("a texel is too bright for single precision", "use a darker picture"),
+            Place::Light => ("a texel is too bright for single precision", "scale the picture"),
             _ => ("a texel is not within 0 to 1", "a reflectance or share lies between 0 and 1: scale the picture"),
         };
         picture.spectra(colours, place).ok_or_else(|| file.fail(format!("{name}: {problem}"), remedy))

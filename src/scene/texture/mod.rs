@@ -122,6 +122,13 @@ impl Texture {
     }
 }
 
+impl Image {
+    /// The greatest factor of a texel: of colours, what is brightest at any wavelength, but for what its sigmoid takes off.
+    pub(in crate::scene) fn brightest(&self) -> f64 {
+        self.texels.iter().map(|t| f64::from(t[3])).fold(0.0, f64::max)
+    }
+}
+
 impl ImageTexture {
     /// The mean of `value` over the texels around `uv`, by their weights.
     fn filtered(&self, uv: DVec2, value: impl Fn(&[f32; 4]) -> f64) -> f64 {

@@ -3,7 +3,7 @@
 use crate::color::upsample;
 use crate::error::Result;
 use crate::scene::json::Node;
-use crate::scene::json::spectra::{LIGHT, Place};
+use crate::scene::json::spectra::Place;
 use crate::scene::texture::Image;
 use image::{ImageReader, Limits};
 use std::collections::HashMap;
@@ -68,7 +68,7 @@ impl Picture {
         })
     }
 
-    /// The picture of these linear colours as spectra. `None` where one is too bright for single precision, or as a share beyond 1.
+    /// The picture of these linear colours as spectra. `None` where one is not finite in single precision, or as a share beyond 1.
     pub(in crate::scene) fn spectra(&self, rgb: impl Iterator<Item = [f64; 3]>, place: Place) -> Option<Image> {
         // A picture of whole numbers has few colours.
         let mut known: HashMap<[u64; 3], [f32; 4]> = HashMap::new();
@@ -77,7 +77,7 @@ impl Picture {
                 Place::Light => coefficients(upsample::emission_texel(rgb)),
                 _ => coefficients(upsample::reflectance_texel(rgb)),
             });
-            let most = if place == Place::Light { *LIGHT.end() } else { 1.0 };
+            let most = if place == Place::Light { f64::INFINITY } else { 1.0 };
             (found.iter().all(|v| v.is_finite()) && rgb.iter().all(|v| *v <= most)).then_some(found)
         };
         let texels = rgb.map(&mut texel).collect::<Option<Vec<_>>>()?;
