@@ -32,16 +32,20 @@ pub fn run(args: &Args) -> Outcome {
     let plan = Plan::new(&scene, (&args.techniques).into());
     explain(&scene, &plan).iter().for_each(|line| out(line));
     scene.notes.iter().for_each(|note| out(&format!("note: {note}")));
-    let unseen = plan.blind_spots.iter().map(|line| format!("not found: {line}; allow what is left out by --without"));
-    let warnings: Vec<String> = advice(&scene).into_iter().chain(unseen).collect();
+    let warnings: Vec<String> = advice(&scene).into_iter().chain(unfound(&plan)).collect();
     warnings.iter().for_each(|warning| out(&format!("warning: {warning}")));
     let verdict = match warnings.len() {
-        0 => "a good scene".to_string(),
+        0 => "no warnings".to_string(),
         1 => "1 warning".to_string(),
         n => format!("{n} warnings"),
     };
     out(&format!("{}: {verdict} ({})", args.scene.path.display(), summary(&scene)));
     Ok(Done::Completely)
+}
+
+/// What no technique of the plan finds.
+pub(super) fn unfound(plan: &Plan) -> impl Iterator<Item = String> {
+    plan.blind_spots.iter().map(|line| format!("not found: {line}; allow what is left out by --without"))
 }
 
 /// Things of a kind that are named, at most.

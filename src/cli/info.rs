@@ -6,7 +6,7 @@ use super::quantity::Quantity;
 use super::{Done, Outcome, print::out};
 use crate::error::{Error, Result};
 use crate::output::{SpectralImage, open_plain};
-use crate::scene::{Geometry, Light, Scene, Sensor};
+use crate::scene::{Light, Scene, Sensor};
 use serde_json::{Value, json};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -129,24 +129,15 @@ fn describe_scene(scene: &Scene) -> Facts {
 
 /// The numbers of a scene's parts.
 pub fn summary(scene: &Scene) -> String {
-    let triangles: usize = scene.shapes.iter().map(|s| triangles(&s.geometry)).sum();
     let emitters = scene.shapes.iter().filter(|s| s.emission.is_some()).count();
     format!(
-        "{} shapes with {triangles} triangles, {} materials, {} lights, {} interiors",
+        "{} shapes with {} triangles, {} materials, {} lights, {} interiors",
         scene.shapes.len(),
+        scene.triangles(),
         scene.materials.len(),
         emitters + scene.lights.len(),
         scene.interiors.len().saturating_sub(1)
     )
-}
-
-/// Triangles of a shape; each instance of a mesh has them all.
-fn triangles(geometry: &Geometry) -> usize {
-    match geometry {
-        Geometry::Mesh(mesh) => mesh.triangles.len(),
-        Geometry::Instance(instance) => instance.mesh().triangles.len(),
-        _ => 0,
-    }
 }
 
 /// What measures the light, in words.

@@ -1,5 +1,6 @@
 //! `abbe render`: from a scene file to a spectral EXR and a picture.
 
+use super::check::unfound;
 use super::load::SceneArgs;
 use super::print::{duration, note, out, percent, si};
 use super::progress::{Bar, Log, Stages};
@@ -9,12 +10,13 @@ use crate::develop::picture::{AUTO_SHARE, Development, auto_exposure};
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::aov::albedos;
+use crate::integrator::Plan;
 use crate::memory;
 use crate::output::exr::Aovs;
 use crate::output::picture::Precision;
 use crate::output::{Provenance, check_writable, write_exr, write_picture};
 use crate::render::{Ended, Stop, Summary, render};
-use crate::scene::{Scene, Sensor, inside_out};
+use crate::scene::{Scene, Sensor, advice_before_rendering};
 use crate::spectrum::library::Observer;
 use crate::stats::BatchStats;
 use serde_json::{Value, json};
@@ -111,10 +113,14 @@ pub fn run(args: &Args) -> Outcome {
     let png = is_visible(bins.min_nm, bins.max_nm).then_some(png);
     // Before the work, not after it.
     [Some(&exr), png.as_ref()].into_iter().flatten().try_for_each(|path| check_writable(path, &scene.sources))?;
+    let warnings = if args.quiet { Vec::new() } else { warnings(&scene, args) };
     if talkative {
         let end = if png.is_none() { "; no picture is made" } else { "" };
         let lack = lacks_for_colour(bins.min_nm, bins.max_nm).map(|lack| lack + end);
-        stages.aside(|| scene.notes.iter().chain(&lack).chain(&inside_out(&scene)).for_each(|n| note(&format!("note: {n}"))));
+        stages.aside(|| {
+            scene.notes.iter().chain(&lack).for_each(|n| note(&format!("note: {n}")));
+            warnings.iter().for_each(|w| note(&format!("warning: {w}")));
+        });
     }
     let setup = Instant::now();
     let mut film = Film::try_new(&scene.film)?;
@@ -181,14 +187,34 @@ pub fn run(args: &Args) -> Outcome {
             _ => format!("wrote {} with {} samples per pixel", exr.display(), film.samples_per_pixel()),
         });
     }
-    let report =
-        Report { scene: &scene, film: &film, summary: &rendered?, device: &device, setup, exr: &exr, png: png.as_deref() };
+    if talkative && rendered.is_ok() && (0..film.channels()).all(|channel| film.mean_of(channel) == 0.0) {
+        note("warning: no light has reached the sensor, and the picture is black; 'abbe check' may say why");
+    }
+    let report = Report {
+        scene: &scene,
+        film: &film,
+        warnings: &warnings,
+        summary: &rendered?,
+        device: &device,
+        setup,
+        exr: &exr,
+        png: png.as_deref(),
+    };
     if args.json {
         out(&report.json().to_string());
     } else if talkative {
         out(&report.text());
     }
     Ok(if interrupt::requested() { Done::Interrupted } else { Done::Completely })
+}
+
+/// What `abbe check` warns of, as far as it is found at once.
+fn warnings(scene: &Scene, args: &Args) -> Vec<String> {
+    let mut warnings = advice_before_rendering(scene);
+    if args.device.as_deref() != Some(device::REFERENCE) {
+        warnings.extend(unfound(&Plan::new(scene, (&args.techniques).into())));
+    }
+    warnings
 }
 
 fn output_paths(args: &Args) -> Result<(PathBuf, PathBuf)> {
@@ -226,6 +252,7 @@ pub fn sensor_area(sensor: &Sensor) -> Option<f64> {
 struct Report<'a> {
     scene: &'a Scene,
     film: &'a Film,
+    warnings: &'a [String],
     summary: &'a Summary,
     device: &'a device::Device,
     setup: Duration,
@@ -310,6 +337,7 @@ impl Report<'_> {
             "total_flux": self.flux().map(|(watts, lumens)| json!({"watts": watts, "lumens": lumens})),
             "plan": self.device.integrator.describe().lines().collect::<Vec<_>>(),
             "notes": self.scene.notes,
+            "warnings": self.warnings,
         })
     }
 }

@@ -1,11 +1,14 @@
 //! What is probably not meant in a scene that is right by the letter: each line says what, where, and what to do about it.
 
+mod sight;
+
 use crate::geometry::{Bounds, bounds, corners};
 use crate::scene::bounds_of_all;
 use crate::scene::initial_interiors;
 use crate::scene::mesh;
 use crate::scene::{Geometry, Interior, Light, Mesh, Scene, Shape};
 use glam::{DVec2, DVec3};
+use sight::sight;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
@@ -21,10 +24,23 @@ const MOST_LAMPS: usize = 1000;
 /// Lines of a kind at most; the others are counted.
 const MOST_LINES: usize = 5;
 
+/// Triangles of a scene that is looked through before it is rendered, at most: a second's work.
+const MOST_AT_ONCE: usize = 300_000;
+
 /// Advice on a scene, one line each: nothing where nothing looks like a mistake.
 pub fn advice(scene: &Scene) -> Vec<String> {
-    let kinds = [unlit(scene), solids(scene), inside_out(scene), overlapping_faces(scene), lights_inside(scene), units(scene)];
-    kinds.into_iter().flat_map(few).collect()
+    let slow = [solids, overlapping_faces, lights_inside];
+    slow.into_iter().map(|kind| kind(scene)).flat_map(few).chain(quick_advice(scene)).collect()
+}
+
+/// Of [`advice`] what takes next to no time: all of it, but for large scenes.
+pub fn advice_before_rendering(scene: &Scene) -> Vec<String> {
+    if scene.triangles() > MOST_AT_ONCE { quick_advice(scene) } else { advice(scene) }
+}
+
+fn quick_advice(scene: &Scene) -> Vec<String> {
+    let kinds = [unlit, inside_out, units, sight].into_iter().map(|kind| kind(scene));
+    [scene.warnings.clone()].into_iter().chain(kinds).flat_map(few).collect()
 }
 
 /// The first few of these lines, and how many more there are.
@@ -38,7 +54,7 @@ fn few(mut lines: Vec<String>) -> Vec<String> {
 }
 
 /// Volumes whose triangles face inwards.
-pub fn inside_out(scene: &Scene) -> Vec<String> {
+fn inside_out(scene: &Scene) -> Vec<String> {
     let mut volumes: HashMap<*const Mesh, f64> = HashMap::new();
     let is_inside_out = |shape: &&Shape| match &shape.geometry {
         Geometry::Mesh(mesh) => mesh::volume(mesh) < 0.0,

@@ -20,7 +20,7 @@ mod types;
 
 pub use crate::geometry::{Geometry, Instance, Mesh};
 pub use crate::spectrum::Bins;
-pub use advice::{advice, inside_out};
+pub use advice::{advice, advice_before_rendering};
 pub use grain::{Grain, direction_of_grain};
 pub use inside::initial_interiors;
 pub use json::keys;

@@ -12,7 +12,7 @@ fn a_new_scene_has_its_name_and_comments_is_good_and_renders() {
     assert!(written.contains("\"name\": \"rain bow\"") && written.matches("\"//").count() >= 4, "{written}");
     let output = folder.run(&["check", "rain bow.json"]);
     let stdout = text(&output.stdout);
-    assert!(output.status.success() && stdout.contains("a good scene") && !stdout.contains("warning"), "{stdout}");
+    assert!(output.status.success() && stdout.contains("no warnings") && !stdout.contains("warning:"), "{stdout}");
     let arguments =
         ["render", "rain bow.json", "--device", "reference", "--spp", "1", "--size", "6x4", "--channels", "4", "--quiet"];
     // The reference that the scene names can see its beam.
@@ -31,7 +31,7 @@ fn check_says_what_will_be_rendered_and_what_is_wrong() {
         "8 x 6 pixels of 4 bins, 380 to 780 nm, by a pinhole camera",
         "light: constant environment",
         "caustics: none",
-        "a good scene",
+        "no warnings",
     ] {
         assert!(good.contains(part), "no '{part}' in {good}");
     }
@@ -44,7 +44,7 @@ fn check_says_what_will_be_rendered_and_what_is_wrong() {
     for part in [
         "volume \"flint\": index 1.7847 at 587.6 nm, Abbe number 25.7, absorbs 2.000 per m",
         "caustics: looked for",
-        "a good scene",
+        "no warnings",
     ] {
         assert!(good.contains(part), "no '{part}' in {good}");
     }
@@ -58,4 +58,45 @@ fn check_says_what_will_be_rendered_and_what_is_wrong() {
     for part in ["warning: not found: caustics of point lights", "--without", "2 warnings"] {
         assert!(blind.contains(part), "no '{part}' in {blind}");
     }
+}
+
+#[test]
+fn a_render_warns_of_what_check_would_before_it_starts() {
+    let folder = Folder::new("warned");
+    let lost = r#"{"film": {"width": 4, "height": 4, "bins": 4}, "reference": "forward",
+        "camera": {"perspective": {"eye": [0, 1, 4], "target": [0, 0, 0], "vfov_deg": 40}},
+        "materials": {"paper": {"diffuse": {"reflectance": 0.8}}},
+        "shapes": [{"disc": {"center": [0, 0, 0], "normal": [0, 1, 0], "radius": 2}, "material": "paper"}],
+        "lights": [{"beam": {"origin": [0, 3, 0], "direction": [0, 1, 0], "radius": 0.1, "irradiance": 1}}]}"#;
+    std::fs::write(folder.0.join("lost.json"), lost).unwrap();
+    let warned = "warning: the parallel beam at [0.000, 3.000, 0.000] meets nothing";
+    let check = text(&folder.run(&["check", "lost.json"]).stdout);
+    assert!(check.contains(warned) && check.contains("1 warning"), "{check}");
+    let render =
+        |more: &[&str]| folder.run(&[&["render", "lost.json", "--device", "reference", "--spp", "1"][..], more].concat());
+    let stderr = text(&render(&[]).stderr);
+    let at = |part: &str| stderr.find(part).unwrap_or_else(|| panic!("no '{part}' in {stderr}"));
+    assert!(at(warned) < at("reference: paths from the lights"), "{stderr}");
+    // And afterwards, that there is nothing to be seen.
+    assert!(at("no light has reached the sensor") > at(warned), "{stderr}");
+    assert_eq!(text(&render(&["--quiet"]).stderr), "");
+    let output = render(&["--json"]);
+    let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(value["warnings"][0].as_str().unwrap().contains("meets nothing"), "{value}");
+    assert!(!text(&output.stderr).contains("warning"), "{}", text(&output.stderr));
+    // A scene that has nothing the matter is rendered in silence.
+    let output = folder.run(&["render", "ball.json", "--device", "reference", "--spp", "1"]);
+    assert!(!text(&output.stderr).contains("warning"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn caustics_that_nothing_could_catch_are_not_missed() {
+    let folder = Folder::new("mirror");
+    let mirror = r#"{"camera": {"perspective": {"eye": [0, 1, 4], "target": [0, 0, 0], "vfov_deg": 40}},
+        "materials": {"mirror": {"conductor": {"metal": "Ag"}}},
+        "shapes": [{"disc": {"center": [0, 0, 0], "normal": [0, 1, 0], "radius": 2}, "material": "mirror"}],
+        "lights": [{"point": {"position": [0, 3, 0], "intensity": 1}}]}"#;
+    std::fs::write(folder.0.join("mirror.json"), mirror).unwrap();
+    let check = text(&folder.run(&["check", "mirror.json"]).stdout);
+    assert!(check.contains("no warnings") && !check.contains("not found"), "{check}");
 }

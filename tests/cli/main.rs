@@ -136,7 +136,7 @@ fn info_check_and_devices_answer() {
     let folder = Folder::new("info");
     for (arguments, says) in [
         (&["info", "ball.json"][..], "8x6"),
-        (&["check", "ball.json"], "a good scene"),
+        (&["check", "ball.json"], "no warnings"),
         (&["devices"], "reference"),
         (&["devices", "--json"], "\"reference\""),
         (&["--version"], env!("CARGO_PKG_VERSION")),

@@ -5,7 +5,7 @@ use abbe::scene::{LoadOptions, Scene, advice, load};
 use serde_json::{Value, json};
 
 /// A lit glass ball over a table, with `more` added to its lists and objects.
-fn scene(more: Value) -> Scene {
+pub(crate) fn scene(more: Value) -> Scene {
     let mut all = json!({
         "film": {"width": 8, "height": 8},
         "camera": {"perspective": {"eye": [0, 1, 4], "target": [0, 0, 0], "vfov_deg": 40}},
@@ -27,13 +27,13 @@ fn scene(more: Value) -> Scene {
 }
 
 /// Exactly one warning, which says all this.
-fn warns(scene: &Scene, says: &[&str]) {
+pub(crate) fn warns(scene: &Scene, says: &[&str]) {
     let found = advice(scene);
     assert_eq!(found.len(), 1, "{found:?}");
     assert!(says.iter().all(|part| found[0].contains(part)) && found[0].contains("; "), "{says:?}: {found:?}");
 }
 
-fn is_silent(scene: &Scene) {
+pub(crate) fn is_silent(scene: &Scene) {
     assert_eq!(advice(scene), Vec::<String>::new());
 }
 

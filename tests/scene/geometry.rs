@@ -133,7 +133,7 @@ fn glass_that_faces_inwards_is_said() {
         let text = scene_with("materials", r#"{"m": {"dielectric": {"ior": 1.5}}}"#)
             .replace(r#""sphere": {"center": [0, 0, 0], "radius": 1}"#, &format!(r#""mesh": {{"file": "{file}"}}"#));
         let scene = load_text(&text).unwrap_or_else(|e| panic!("{e}"));
-        let found = abbe::scene::inside_out(&scene);
+        let found = abbe::scene::advice(&scene);
         assert_eq!(found.iter().filter(|n| n.contains("face inwards")).count(), notes, "{file}: {found:?}");
     }
 }

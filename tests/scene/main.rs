@@ -11,6 +11,7 @@ mod profiles;
 mod sheen;
 mod spectra;
 mod textures;
+mod traps;
 mod units;
 
 use abbe::scene::{LoadOptions, Scene, keys, load, load_str};
