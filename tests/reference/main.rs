@@ -368,3 +368,18 @@ fn empty_and_dark_scenes_are_black() {
         assert!(batches(&s, estimator, 1, 10)[0].iter().all(|&v| v == 0.0));
     }
 }
+
+#[test]
+fn lamps_beyond_single_precision_are_dropped_and_counted() {
+    for (estimator, radiance) in
+        [Estimator::Backward, Estimator::Forward].into_iter().flat_map(|e| [1e33, 1e60, 1e300].map(|v| (e, v)))
+    {
+        let mut s = room(2, 3);
+        s.shapes.iter_mut().filter_map(|shape| shape.emission.as_mut()).for_each(|e| e.radiance = flat(radiance).into());
+        let mut film = Film::new(&s.film);
+        let stats = ReferenceIntegrator::new(&s, estimator, 0).expect("a scene").render_batch(0, 20, &mut film).expect("a batch");
+        let values: Vec<f64> = (0..film.pixels()).flat_map(|p| film.pixel(p).to_vec()).collect();
+        assert!(values.iter().all(|v| (*v as f32).is_finite()), "{estimator:?} {radiance}: {values:?}");
+        assert!(stats.dropped_saturated + stats.dropped_not_finite > 0, "{estimator:?} {radiance}: {stats:?}");
+    }
+}

@@ -9,7 +9,7 @@ use abbe::gpu::scene::GpuScene;
 use abbe::gpu::{Gpu, Kernel};
 use abbe::integrator::{GpuIntegrator, Plan, Techniques};
 use abbe::render::Integrator;
-use abbe::scene::Texture;
+use abbe::scene::{Light, Texture};
 use abbe::spectrum::Spectrum;
 use glam::Vec4;
 use serde_json::json;
@@ -193,4 +193,50 @@ fn too_bright_a_lamp_and_too_short_a_path_are_counted() {
     assert!(bright.dropped_saturated > 0, "{bright:?}");
     let short = count(&lamp(1.0, 1));
     assert!(short.truncated > 0 && short.truncated <= short.paths, "{short:?}");
+}
+
+#[test]
+fn paths_of_both_passes_are_counted_where_they_are_cut() {
+    // White walls and a mirror in a closed room: with a light of no size nothing but the greatest depth ends a path.
+    let scene = scene_of(json!({
+        "max_depth": 6,
+        "materials": {"wall": {"diffuse": {"reflectance": 1.0}}, "mirror": {"conductor": {"reflectance": 1.0}}},
+        "shapes": [{"sphere": {"center": [0, 0.8, 0], "radius": 0.5}, "material": "mirror"}],
+        "lights": [{"point": {"position": [1, 3, 1], "intensity": 1}}],
+    }));
+    let mut integrator = GpuIntegrator::new(&scene, None, 1).unwrap();
+    integrator.set_light_paths(0.5);
+    let mut film = abbe::film::Film::new(&scene.film);
+    let stats = integrator.render_batch(0, 4, &mut film).unwrap();
+    assert_eq!((stats.paths, stats.light_paths), (24 * 16 * 4, 24 * 16 * 2));
+    assert_eq!(stats.truncated, stats.paths + stats.light_paths, "{stats:?}");
+}
+
+#[test]
+fn splats_too_large_for_the_film_are_dropped_and_counted() {
+    // What light paths alone bring: no camera path is connected to the light, or meets it.
+    let techniques = Techniques { next_event_estimation: false, bsdf_sampling: false, merging: false, ..Techniques::default() };
+    let batch = |intensity: f64| {
+        let mut scene = scene_of(json!({
+            "materials": {"mirror": {"conductor": {"reflectance": 1.0}}},
+            "shapes": [{"sphere": {"center": [0, 0.8, 0], "radius": 0.5}, "material": "mirror"}],
+            "lights": [{"point": {"position": [1, 3, 1], "intensity": 1}}],
+        }));
+        // A scene file with such a lamp is refused.
+        let Light::Point { intensity: light, .. } = &mut scene.lights[0] else { panic!("not a point") };
+        *light = Spectrum::Constant(intensity);
+        let mut film = abbe::film::Film::new(&scene.film);
+        let mut integrator = GpuIntegrator::with(&scene, None, 1, techniques).unwrap();
+        let stats = integrator.render_batch(0, 4, &mut film).unwrap();
+        let values: Vec<f64> = (0..film.pixels()).flat_map(|p| film.pixel(p).to_vec()).collect();
+        assert!(values.iter().all(|v| v.is_finite() && *v >= 0.0), "{intensity}: {stats:?}");
+        (stats, values.iter().sum::<f64>())
+    };
+    let (fine, light) = batch(1.0);
+    assert!(fine.dropped() == 0 && light > 0.0, "{fine:?}");
+    // Beyond the largest sample, and beyond single precision altogether.
+    let (bright, _) = batch(1e30);
+    assert!(bright.dropped_saturated > 0 && bright.dropped() == bright.dropped_saturated, "{bright:?}");
+    let (endless, light) = batch(1e60);
+    assert!(endless.dropped_not_finite > 0 && light == 0.0, "{endless:?}, {light}");
 }
