@@ -286,14 +286,14 @@ impl GpuIntegrator {
         let guide = self.guide.as_ref().map(|g| self.gpu.table("guide of light paths", &g.table(self.pixels()))).transpose()?;
         let light_paths = f64::from(self.params.light_paths) * f64::from(passes.count);
         let (guiding_sample_rate, guiding_sample_room) = self.guide.as_mut().map_or((0.0, 0), |g| g.expect(light_paths));
-        let mut stats =
-            BatchStats { paths: u64::from(tile.width) * u64::from(tile.height) * u64::from(passes.count), ..Default::default() };
+        let mut stats = BatchStats::default();
         let mut parts = Parts::default();
         let mut summed = 0;
         let light_units = self.params.light_paths.div_ceil(64);
         let least_groups = least_groups(&self.gpu);
         for (first, window) in self.windows(passes, rates) {
             let count = window.passes;
+            stats.paths += window.paths(tile.width, tile.height);
             let groups = window.groups((window.samples / least_groups).min(self.most_samples));
             let work = self.gpu.table("work items", &[cast_slice::<_, u32>(&window.items), cast_slice(&groups)].concat())?;
             let (table, wavelength_bins) = self.spectra(passes.number + u64::from(first), count);

@@ -29,6 +29,14 @@ pub(super) struct Window {
 }
 
 impl Window {
+    /// Samples of all pixels of a tile of this size together: blocks of 8 x 8 at its rim are not whole.
+    pub(super) fn paths(&self, width: u32, height: u32) -> u64 {
+        let across = width.div_ceil(8);
+        let side = |size: u32, block: u32| u64::from((size - 8 * block).min(8));
+        let pixels = |item: &WorkItem| side(width, item.block % across) * side(height, item.block / across);
+        self.items.iter().map(|item| pixels(item) * u64::from(item.count)).sum()
+    }
+
     /// Groups of items, each of up to `most` samples, or of one item.
     pub(super) fn groups(&self, most: u32) -> Vec<WorkGroup> {
         let mut groups: Vec<WorkGroup> = Vec::new();

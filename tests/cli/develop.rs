@@ -409,7 +409,9 @@ fn extreme_exposures_write_numbers_or_say_why_not() {
     }
     for tone in ["none", "reinhard", "aces", "agx"] {
         folder.run(&format!("develop bright.exr -o a.png --exposure 100 --tone {tone}"));
-        assert!(png(&folder.path("a.png")).1.iter().all(|v| *v > 250), "{tone}");
+        // Equal energy is a little reddish beside D65.
+        let (_, values) = png(&folder.path("a.png"));
+        assert!(values.iter().all(|v| *v > 200) && values.iter().any(|v| *v > 250), "{tone}: {values:?}");
         folder.run(&format!("develop bright.exr -o a.jpg --exposure 100 --tone {tone}"));
     }
 }

@@ -200,16 +200,28 @@ fn paths_of_both_passes_are_counted_where_they_are_cut() {
     // White walls and a mirror in a closed room: with a light of no size nothing but the greatest depth ends a path.
     let scene = scene_of(json!({
         "max_depth": 6,
+        "film": {"width": 28, "height": 19, "bins": 20},
         "materials": {"wall": {"diffuse": {"reflectance": 1.0}}, "mirror": {"conductor": {"reflectance": 1.0}}},
         "shapes": [{"sphere": {"center": [0, 0.8, 0], "radius": 0.5}, "material": "mirror"}],
         "lights": [{"point": {"position": [1, 3, 1], "intensity": 1}}],
     }));
-    let mut integrator = GpuIntegrator::new(&scene, None, 1).unwrap();
-    integrator.set_light_paths(0.5);
-    let mut film = abbe::film::Film::new(&scene.film);
-    let stats = integrator.render_batch(0, 4, &mut film).unwrap();
-    assert_eq!((stats.paths, stats.light_paths), (24 * 16 * 4, 24 * 16 * 2));
-    assert_eq!(stats.truncated, stats.paths + stats.light_paths, "{stats:?}");
+    let stats = |techniques: Techniques| {
+        let mut integrator = GpuIntegrator::with(&scene, None, 1, techniques).unwrap();
+        integrator.set_light_paths(0.5);
+        let mut film = abbe::film::Film::new(&scene.film);
+        let mut stats = abbe::stats::BatchStats::default();
+        (0..8).for_each(|batch| stats += integrator.render_batch(batch, 4, &mut film).unwrap());
+        stats
+    };
+    let plain = stats(Techniques { guiding: false, adaptive_sampling: false, ..Techniques::default() });
+    assert_eq!((plain.paths, plain.light_paths), (28 * 19 * 32, 28 * 19 * 16));
+    // But for a reflectance that rounding makes less than 1, which roulette may end.
+    let all_cut = |s: &abbe::stats::BatchStats| (0..=4).contains(&((s.paths + s.light_paths) as i64 - s.truncated as i64));
+    assert!(all_cut(&plain), "{plain:?}");
+    // Guided light paths may begin where no light is; where errors are large there are more camera paths, and in all as many as are said to be.
+    let best = stats(Techniques { guiding: false, ..Techniques::default() });
+    assert!(all_cut(&best), "{best:?}");
+    assert_ne!(best.paths, plain.paths, "samples are as many everywhere");
 }
 
 #[test]
