@@ -4,6 +4,7 @@ use crate::advice::{is_silent, scene, warns};
 use crate::{load_text, scene_with};
 use abbe::scene::{Scene, advice};
 use serde_json::{Value, json};
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// The line about the scene whose `key` is `value` and which cannot be read.
 fn refusal(key: &str, value: &Value) -> String {
@@ -172,8 +173,8 @@ fn angles_in_radians_are_suspected() {
     assert_eq!(remarks(&[camera(40.0), turned(json!([90, 45, 3]))]).1, Vec::<String>::new());
     let turns = [
         (camera(0.7), "write 40.1"),
-        (turned(json!([0, 1.5708, 0])), "write 90.0"),
-        (turned(json!([0, 0, -3.14159])), "write -179.99"),
+        (turned(json!([0, FRAC_PI_2, 0])), "write 90.0"),
+        (turned(json!([0, 0, -PI])), "write -180.0"),
     ];
     for (value, says) in turns {
         let said = remarks(&[value]).1;
