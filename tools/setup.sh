@@ -81,3 +81,15 @@ need_vulkan() {
         return 2
     fi
 }
+
+# Makes sure of Khronos' validator of SPIR-V.
+need_spirv_val() {
+    command -v spirv-val >/dev/null && return 0
+    if can_install; then
+        say "spirv-val not found; installing spirv-tools"
+        apt_install spirv-tools
+    else
+        say "spirv-val not found, and no right to install it; as root: apt-get install spirv-tools"
+        return 2
+    fi
+}

@@ -2,7 +2,7 @@
 
 use super::{Gpu, Resource, Timer, layout, shader};
 use crate::error::{Error, Result};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
@@ -17,12 +17,32 @@ fn defect(name: &str, problem: &str) -> Error {
     Error::device(format!("shader {name}: {problem}"), "this is a defect of Abbe: please report it with the scene")
 }
 
+/// Kernels that a device keeps: those of some five scenes. A software driver holds about 12 MB for each.
+const MOST_KEPT: usize = 16;
+
 /// Compiled kernels of a device.
 #[derive(Debug, Default)]
 pub(super) struct Kernels {
-    /// By root file and text.
-    kept: Mutex<HashMap<(String, String), Kernel>>,
+    /// With root file and text, that used last at the end.
+    kept: Mutex<Vec<(String, String, Kernel)>>,
     compilations: AtomicUsize,
+}
+
+impl Kernels {
+    fn find(&self, root: &str, source: &str) -> Option<Kernel> {
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let place = kept.iter().position(|(r, s, _)| r == root && s == source)?;
+        kept[place..].rotate_left(1);
+        kept.last().map(|(_, _, kernel)| kernel.clone())
+    }
+
+    fn keep(&self, root: &str, source: String, kernel: Kernel) {
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if kept.len() >= MOST_KEPT {
+            kept.remove(0);
+        }
+        kept.push((root.to_string(), source, kernel));
+    }
 }
 
 impl Gpu {
@@ -41,19 +61,17 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// Compiles the kernel of root file `root`, or takes it if `gpu` has compiled the same text before; see [`kernel_source`].
+    /// Compiles the kernel of root file `root`, or takes it if `gpu` keeps it from before; see [`kernel_source`].
     ///
     /// # Errors
     /// [`Error::Device`] if assembly or compilation fails, which is a defect of Abbe or of the driver.
     pub fn new(gpu: &Gpu, root: &str, constants: &str, features: &BTreeMap<&str, bool>) -> Result<Self> {
         let source = kernel_source(root, constants, features).map_err(|e| defect(root, &e))?;
-        let key = (root.to_string(), source.clone());
-        let kept = || gpu.kernels.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(kernel) = kept().get(&key) {
-            return Ok(kernel.clone());
+        if let Some(kernel) = gpu.kernels.find(root, &source) {
+            return Ok(kernel);
         }
-        let kernel = Self::compile(gpu, root, source)?;
-        kept().insert(key, kernel.clone());
+        let kernel = Self::compile(gpu, root, source.clone())?;
+        gpu.kernels.keep(root, source, kernel.clone());
         Ok(kernel)
     }
 

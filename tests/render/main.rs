@@ -1,5 +1,7 @@
 //! Renders on the adapter: against the double-precision reference, against known answers, and how the GPU's side gets there.
 
+#[path = "../support/adapter.rs"]
+mod adapter;
 mod agreement;
 mod film;
 mod gpu;

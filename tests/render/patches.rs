@@ -1,8 +1,8 @@
 //! The ColorChecker through the whole chain: a lamp, patches on the GPU, the film, the spectral EXR, and back to colours.
 
+use crate::adapter;
 use abbe::compare::lab::{delta_e_2000, lab_of_xyz};
 use abbe::film::Film;
-use abbe::integrator::GpuIntegrator;
 use abbe::output::exr::Aovs;
 use abbe::output::{Provenance, SpectralImage, write_exr};
 use abbe::render::Integrator;
@@ -79,7 +79,7 @@ fn expected(lamp: &str) -> Expected {
 fn differences(lamp: &str, bins: u32) -> [Vec<f64>; 2] {
     let (scene, expected) = (chart(lamp, bins), expected(lamp));
     let mut film = Film::new(&scene.film);
-    let mut integrator = GpuIntegrator::new(&scene, None, 1).expect("an adapter");
+    let mut integrator = adapter::integrator(&scene, 1).expect("an adapter");
     integrator.render_batch(0, 4096, &mut film).expect("a batch");
 
     let path = std::env::temp_dir().join(format!("abbe-patches-{lamp}-{bins}-{}.exr", std::process::id()));

@@ -1,9 +1,10 @@
 //! What it takes to say that two renders agree: means with errors from independent batches, t-tests on all of them at a family-wise
 //! false-alarm rate of 1e-3, and errors small enough for agreement to mean something.
 
+use crate::adapter;
 use abbe::compare::difference::threshold;
 use abbe::film::Film;
-use abbe::integrator::{GpuIntegrator, Techniques};
+use abbe::integrator::Techniques;
 use abbe::reference::ReferenceIntegrator;
 use abbe::render::Integrator;
 use abbe::scene::Scene;
@@ -103,7 +104,7 @@ pub fn gpu(scene: &Scene, seed: u64, spp: u32) -> Batches {
 
 /// Likewise, with some techniques only.
 pub fn gpu_with(scene: &Scene, seed: u64, spp: u32, techniques: Techniques) -> Batches {
-    let mut integrator = GpuIntegrator::with(scene, None, seed, techniques).expect("an adapter for the scene");
+    let mut integrator = adapter::with(scene, seed, techniques).expect("an adapter for the scene");
     let mut batches = Batches::new(scene);
     for _ in 0..BATCHES {
         batches.add(&mut integrator, scene, spp);

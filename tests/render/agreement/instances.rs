@@ -3,9 +3,9 @@
 //! Seen to fail: the first with vertices two roundings off where a surface is shaded, the second with shading normals carried like directions.
 
 use super::compare::{agree, gpu, pairs};
+use crate::adapter;
 use crate::scenes::*;
 use abbe::film::Film;
-use abbe::integrator::GpuIntegrator;
 use abbe::render::Integrator;
 use abbe::scene::{Geometry, Grain, Instance, Material, Mesh, Scene};
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3, dvec3};
@@ -44,7 +44,7 @@ fn room_with(mesh: Mesh, places: &[DAffine3]) -> Scene {
 }
 
 fn film(scene: &Scene) -> Vec<f64> {
-    let mut integrator = GpuIntegrator::new(scene, None, 3).expect("an adapter for the scene");
+    let mut integrator = adapter::integrator(scene, 3).expect("an adapter for the scene");
     let mut film = Film::new(&scene.film);
     integrator.render_batch(0, 16, &mut film).expect("a batch");
     (0..film.pixels()).flat_map(|p| film.pixel(p).to_vec()).collect()
@@ -81,6 +81,6 @@ fn instances_turned_and_stretched_look_like_meshes_of_their_own() {
         place(dvec3(0.4, 0.3, 0.35), dvec3(0.2, 0.3, 1.0), dvec3(0.0, 0.8, -0.2)),
     ];
     let scene = room_with(ball(true), &places);
-    let (shared, own) = (gpu(&scene, 1, 8), gpu(&scene.flattened(), 2, 8));
+    let (shared, own) = (gpu(&scene, 1, 4), gpu(&scene.flattened(), 2, 4));
     agree("instances", &pairs(&shared.figures(), &own.figures(), 3.0), 0.75);
 }

@@ -3,8 +3,9 @@
 //! Seen to fail: with the probability of a choice taken from the power of the lights where one is hit by chance.
 
 use super::compare::{BATCHES, Batches, agree, pairs};
+use crate::adapter;
 use crate::scenes::*;
-use abbe::integrator::{Feature, GpuIntegrator, Plan, Techniques};
+use abbe::integrator::{Feature, Plan, Techniques};
 use abbe::scene::{Geometry, Light, Mesh, Scene};
 use glam::{DVec3, dvec3};
 use std::sync::Arc;
@@ -60,12 +61,12 @@ fn chosen_by_a_grid_or_by_power(name: &str, scene: &Scene) {
     let plan = Plan::new(scene, Techniques::default());
     assert!(plan.has(Feature::LightGrid));
     let render = |plan: Plan, seed: u64, spp: u32| {
-        let mut integrator = GpuIntegrator::with_plan(scene, None, seed, plan).expect("an adapter for the scene");
+        let mut integrator = adapter::with_plan(scene, seed, plan).expect("an adapter for the scene");
         let mut batches = Batches::new(scene);
         (0..BATCHES).for_each(|_| batches.add(&mut integrator, scene, spp));
         batches.figures()
     };
-    let (grid, power) = (render(plan.clone(), 1, 8), render(plan.with_lights_by_power(), 2, 16));
+    let (grid, power) = (render(plan.clone(), 1, 5), render(plan.with_lights_by_power(), 2, 8));
     agree(name, &pairs(&grid, &power, 3.0), 0.75);
 }
 

@@ -81,7 +81,7 @@ macro_rules! agree {
 agree! {
     compare_cornell_spheres, 32, 1.0, with_lamp(shipped("compare/cornell_spheres.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
     compare_cornell_prism, 32, 1.0, with_lamp(shipped("compare/cornell_prism.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
-    compare_fog, 72, 1.0, with_lamp(shipped("compare/fog.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
+    compare_fog, 44, 1.0, with_lamp(shipped("compare/fog.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
     compare_barrel, 96, 1.0, without_tube(with_lamp(shipped("compare/barrel.json", BINS), disc_facing_down([-0.25, 1.9, 0.0], 0.5)));
     #[ignore = "long: in tools/soak"] cornell_spheres, 24, 1.0, with_lamp(shipped("cornell_spheres.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
     cornell_spheres_dispersed, 32, 1.0, on_the_floor(shipped("cornell_spheres_dispersed.json", BINS));
@@ -92,7 +92,7 @@ agree! {
     nephroid, 24, 1.0, measured(shipped("nephroid.json", BINS), [-1.0, 1e-3, 1.0], [2.0, 0.0, 0.0], [0.0, 0.0, -2.0]);
     newton, 88, 1.0, measured(shipped("newton.json", BINS), [-0.5, 1e-3, 0.5], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]);
     #[ignore = "long: in tools/soak"] compare_newton, 48, 1.0, with_lamp(shipped("compare/newton.json", BINS), slit());
-    compare_bunny_light, 160, 1.2, shipped("compare/bunny_light.json", BINS);
+    compare_bunny_light, 96, 1.2, shipped("compare/bunny_light.json", BINS);
     #[ignore = "long: in tools/soak"] compare_nephroid, 176, 1.0, with_lamp(shipped("compare/nephroid.json", BINS), sphere([-7.0, 3.2, 0.0], 2.0));
     #[ignore = "long: in tools/soak"] compare_pool, 208, 3.5, with_lamp(shipped("compare/pool.json", BINS), sphere([3.5, 7.0, -2.0], 2.0));
 }

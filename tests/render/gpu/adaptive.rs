@@ -1,8 +1,9 @@
 //! Samples go where they are of use, and the picture stays the same.
 
 use super::support::*;
+use crate::adapter;
 use abbe::film::Film;
-use abbe::integrator::{GpuIntegrator, Techniques};
+use abbe::integrator::Techniques;
 use abbe::render::Integrator;
 use abbe::scene::Scene;
 use serde_json::json;
@@ -24,7 +25,7 @@ fn ball() -> Scene {
 }
 
 fn render(scene: &Scene, seed: u64, techniques: Techniques) -> Film {
-    let mut integrator = GpuIntegrator::with(scene, None, seed, techniques).unwrap();
+    let mut integrator = adapter::with(scene, seed, techniques).unwrap();
     let mut film = Film::new(&scene.film);
     for batch in 0..BATCHES {
         let stats = integrator.render_batch(batch, 8, &mut film).unwrap();

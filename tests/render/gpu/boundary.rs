@@ -1,7 +1,8 @@
 //! Host and shaders see the same records.
 
 use super::support::*;
-use abbe::gpu::{Gpu, layout};
+use crate::adapter;
+use abbe::gpu::layout;
 use wgpu::naga::{ScalarKind, TypeInner, front::wgsl};
 
 /// One member of a record as naga sees it: name, offset, number of words, floating point or not.
@@ -37,7 +38,7 @@ fn records_have_the_layout_that_naga_gives_them() {
 
 #[test]
 fn loaders_read_every_field_from_its_place() {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     const RECORDS: usize = 3;
     for (name, size, _) in layout::record_layouts() {
         let words = size / 4;
@@ -63,7 +64,7 @@ fn loaders_read_every_field_from_its_place() {
 
 #[test]
 fn tables_of_many_rows_are_read_in_order() {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     let texels = layout::TABLE_WIDTH as usize * 2 + 64;
     let table: Vec<u32> = (0..4 * texels as u32).collect();
     let source = prelude()

@@ -1,13 +1,14 @@
 //! Samples that must not reach the film are dropped, each counted for what it is, and sums that cannot be held are not wrapped.
 
 use super::support::*;
+use crate::adapter;
+use abbe::gpu::Kernel;
 use abbe::gpu::layout::{
     COUNTER_NEGATIVE, COUNTER_NOT_FINITE, COUNTER_SATURATED, COUNTER_UNFINISHED, COUNTERS, Params, PassHead, WorkGroup, WorkItem,
     texels,
 };
 use abbe::gpu::scene::GpuScene;
-use abbe::gpu::{Gpu, Kernel};
-use abbe::integrator::{GpuIntegrator, Plan, Techniques};
+use abbe::integrator::{Plan, Techniques};
 use abbe::render::Integrator;
 use abbe::scene::{Light, Texture};
 use abbe::spectrum::Spectrum;
@@ -17,7 +18,7 @@ use serde_json::json;
 /// The kernel that updates the film, given samples of which some are bad.
 #[test]
 fn what_is_no_radiance_is_dropped_and_counted_by_its_cause() {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     let scene = scene_of(json!({"film": {"width": 8, "height": 8, "bins": 4}}));
     let (plan, uploaded) = (Plan::new(&scene, Techniques::default()), GpuScene::new(&gpu, &scene, true).unwrap());
     let constants = plan.constants() + &uploaded.constants;
@@ -76,7 +77,7 @@ fn what_is_no_radiance_is_dropped_and_counted_by_its_cause() {
 
 #[test]
 fn fixed_point_sums_stay_at_their_greatest_and_are_counted() {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     let file = shader_file("sensor/connect.wgsl", &Plan::new(&scene_of(json!({})), Techniques::default()).camera.switches());
     let function = file.split("fn add_quanta").nth(1).and_then(|rest| rest.split("\n}\n").next()).expect("the function");
     // Five times 2^62 in the first sum, four times less than a quantum in the second, 2^33 + 3 in the third.
@@ -124,7 +125,7 @@ fn paths_into_more_volumes_than_they_can_keep_are_counted() {
             "lights": [{"constant": {"radiance": 1}}],
         }));
         let mut film = abbe::film::Film::new(&scene.film);
-        GpuIntegrator::new(&scene, None, 1).unwrap().render_batch(0, 4, &mut film).unwrap()
+        adapter::integrator(&scene, 1).unwrap().render_batch(0, 4, &mut film).unwrap()
     };
     assert_eq!(nested(4).dropped(), 0);
     let crowded = nested(5);
@@ -139,14 +140,14 @@ fn invocations_take_as_many_samples_as_their_rays_allow() {
         let room = json!({"box": {"min": [-2.5, 0.5, -2.5], "max": [2.5, 3.5, 4.5]}, "material": "mirror"});
         scene_of(json!({
             "max_depth": 64,
-            "film": {"width": 128, "height": 128, "bins": 4},
+            "film": {"width": 64, "height": 64, "bins": 4},
             "materials": {"mirror": {"conductor": {"reflectance": 1.0}}},
             "shapes": if mirrors { json!([room]) } else { json!([lamp]) },
         }))
     };
     let rays = |mirrors: bool| -> Vec<u64> {
         let scene = scene(mirrors);
-        let (mut integrator, mut film) = (GpuIntegrator::new(&scene, None, 1).unwrap(), abbe::film::Film::new(&scene.film));
+        let (mut integrator, mut film) = (adapter::integrator(&scene, 1).unwrap(), abbe::film::Film::new(&scene.film));
         let batch = |i: u32| {
             let stats = integrator.render_batch(i, 16, &mut film).unwrap();
             assert_eq!(stats.unfinished, 0, "{stats:?}");
@@ -156,7 +157,7 @@ fn invocations_take_as_many_samples_as_their_rays_allow() {
     };
     // Nor do short batches, of which an invocation has four samples, tell of more than they had.
     let deep = scene(true);
-    let (mut integrator, mut film) = (GpuIntegrator::new(&deep, None, 1).unwrap(), abbe::film::Film::new(&deep.film));
+    let (mut integrator, mut film) = (adapter::integrator(&deep, 1).unwrap(), abbe::film::Film::new(&deep.film));
     for (i, spp) in [1, 1, 1, 16].into_iter().enumerate() {
         let stats = integrator.render_batch(i as u32, spp, &mut film).unwrap();
         assert!(stats.unfinished == 0 && stats.most_rays <= 16 * 66, "batch {i}: {stats:?}");
@@ -173,7 +174,7 @@ fn invocations_take_as_many_samples_as_their_rays_allow() {
 fn too_bright_a_lamp_and_too_short_a_path_are_counted() {
     let count = |scene: &abbe::scene::Scene| {
         let mut film = abbe::film::Film::new(&scene.film);
-        let stats = GpuIntegrator::new(scene, None, 1).unwrap().render_batch(0, 4, &mut film).unwrap();
+        let stats = adapter::integrator(scene, 1).unwrap().render_batch(0, 4, &mut film).unwrap();
         assert!((0..film.pixels()).all(|p| film.pixel(p).iter().all(|v| v.is_finite() && *v >= 0.0)));
         stats
     };

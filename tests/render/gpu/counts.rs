@@ -1,8 +1,9 @@
 //! What passes count when asked to, and that they count nothing otherwise.
 
 use super::support::*;
+use crate::adapter;
 use abbe::film::Film;
-use abbe::integrator::{GpuIntegrator, Plan, Techniques};
+use abbe::integrator::{Plan, Techniques};
 use abbe::render::Integrator;
 use abbe::scene::Scene;
 use abbe::stats::{BatchStats, Counts};
@@ -12,7 +13,7 @@ use std::process::Command;
 const SPP: u32 = 4;
 
 fn render(scene: &Scene, plan: Plan) -> (Film, BatchStats) {
-    let mut integrator = GpuIntegrator::with_plan(scene, None, 1, plan).unwrap();
+    let mut integrator = adapter::with_plan(scene, 1, plan).unwrap();
     integrator.set_light_paths(0.5);
     let mut film = Film::new(&scene.film);
     let stats = integrator.render_batch(0, SPP, &mut film).unwrap();

@@ -1,10 +1,10 @@
 //! The same request gives the same bits.
 
 use super::support::*;
+use crate::adapter;
 use crate::sweep;
 use abbe::film::Film;
 use abbe::film::aov::albedos;
-use abbe::integrator::GpuIntegrator;
 use abbe::output::SpectralImage;
 use abbe::render::{Integrator, Renderer};
 use abbe::scene::Scene;
@@ -33,7 +33,7 @@ fn render(scene: &Scene, seed: u64, spp: u32, most_groups: Option<u32>) -> (Vec<
 
 /// Some batches, those from the fifth on with sample counts that the ones before led to.
 fn render_batches(scene: &Scene, seed: u64, batches: u32, spp: u32, most_groups: Option<u32>) -> (Vec<u64>, BatchStats) {
-    let mut integrator = GpuIntegrator::new(scene, None, seed).unwrap();
+    let mut integrator = adapter::integrator(scene, seed).unwrap();
     assert!(integrator.plan().light.is_some());
     most_groups.iter().for_each(|&groups| integrator.limit_dispatches(groups));
     let mut film = Film::new(&scene.film);
@@ -58,7 +58,7 @@ fn the_same_seed_gives_the_same_bits_however_the_work_is_split() {
         assert!(first == render(&scene, 1, 17, Some(groups)), "dispatches of {groups} workgroups differ");
     }
     let aovs = |groups| {
-        let mut integrator = GpuIntegrator::new(&scene, None, 1).unwrap();
+        let mut integrator = adapter::integrator(&scene, 1).unwrap();
         integrator.limit_dispatches(groups);
         integrator.aovs(&albedos(&scene), 0, 16).unwrap()
     };

@@ -5,6 +5,7 @@
 //! Seen to fail: with WGSL's own power, a ring of half as many entries, a knee of 0.89, a factor of 1.00003 on one matrix.
 
 use super::support::*;
+use crate::adapter;
 use abbe::color::adapt::{Method, White};
 use abbe::color::cie::xyz_of_unit;
 use abbe::color::space::Space;
@@ -12,7 +13,6 @@ use abbe::develop::gamut::Gamut;
 use abbe::develop::gpu;
 use abbe::develop::picture::{Developer, Development, Whole};
 use abbe::develop::tone::Tone;
-use abbe::gpu::Gpu;
 use abbe::spectrum::library::{self, Observer};
 
 const TONES: [Tone; 4] = [Tone::None, Tone::Reinhard, Tone::Aces, Tone::AgX];
@@ -99,7 +99,7 @@ fn deviation(developer: &Developer, colours: &[[f32; 3]], ours: &[[f32; 3]]) -> 
 
 #[test]
 fn pictures_made_on_the_adapter_are_those_of_double_precision() {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     let mut random = Random(1);
     let natural = [spectrum(&mut random), random_spectra(&mut random)].concat();
     let colours = [natural.clone(), extremes(&mut random)].concat();
@@ -123,7 +123,7 @@ fn pictures_made_on_the_adapter_are_those_of_double_precision() {
 
 #[test]
 fn exposure_white_and_observer_are_the_same_on_the_adapter() {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     let colours = random_spectra(&mut Random(2));
     for observer in [Observer::Cie1931, Observer::Cie1964] {
         for (white, method, exposure) in

@@ -1,14 +1,14 @@
 //! The shaders' frames and cones: what is not exactly so makes light paths of a density that they do not know of.
 
 use super::support::*;
-use abbe::gpu::Gpu;
+use crate::adapter;
 use glam::{Vec3, Vec4, vec3};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 /// Runs `body`, which makes `result` (vec4f) from `input`, over all inputs.
 fn run(body: &str, inputs: &[Vec4]) -> Vec<[f64; 4]> {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     let source = shader_file("common/math.wgsl", &BTreeMap::new())
         + &format!(
             "@group(0) @binding(0) var<storage, read> inputs: array<vec4f>;

@@ -1,6 +1,7 @@
 //! Errors are what they claim: renders with different seeds scatter as each of them says that it may be wrong.
 
 use super::support::*;
+use crate::adapter;
 use abbe::film::Film;
 use abbe::integrator::GpuIntegrator;
 use abbe::render::{Stop, render, render_blocks};
@@ -29,7 +30,7 @@ fn caustic() -> Scene {
 }
 
 fn integrator(scene: &Scene, run: u64) -> GpuIntegrator {
-    GpuIntegrator::new(scene, None, 100 + run).unwrap()
+    adapter::integrator(scene, 100 + run).unwrap()
 }
 
 /// Least and greatest count of `trials` of this probability that occur but for [`FALSE_ALARMS`].

@@ -1,6 +1,7 @@
 //! The shaders' traversal and intersectors against double precision, and watertight meshes.
 
 use super::support::*;
+use crate::adapter;
 use abbe::gpu::layout::Params;
 use abbe::gpu::scene::GpuScene;
 use abbe::gpu::{Gpu, Resource};
@@ -107,7 +108,7 @@ fn crossings(geometry: &Geometry, o: DVec3, d: DVec3) -> Vec<f64> {
 
 #[test]
 fn rays_meet_what_they_meet_in_double_precision() {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     let mut random = Random(5);
     let mut shapes = Vec::new();
     let mut known = None;
@@ -176,7 +177,7 @@ fn bumpy_ball(n: u32) -> Mesh {
 
 #[test]
 fn no_ray_leaves_a_closed_mesh_through_an_edge() {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     let cases = [(1.0, DVec3::ZERO), (1e-3, DVec3::ZERO), (1e4, dvec3(1e5, -2e5, 3e4))];
     for (scale, shift, is_shared) in cases.into_iter().flat_map(|(scale, shift)| [(scale, shift, false), (scale, shift, true)]) {
         let mut random = Random(3);

@@ -1,6 +1,7 @@
 //! Only what a scene needs is compiled, and whatever it needs compiles.
 
 use super::support::*;
+use crate::adapter;
 use abbe::film::Film;
 use abbe::gpu::{Gpu, kernel_source};
 use abbe::integrator::{Feature, GpuIntegrator, Plan, Techniques};
@@ -357,7 +358,7 @@ fn surfaces_without_number_in_one_place_are_an_error_and_not_for_ever() {
     );
     let square = scene.shapes.last().expect("a square").clone();
     scene.shapes.extend(std::iter::repeat_n(square, 8192));
-    let error = GpuIntegrator::new(&scene, None, 0).map(|_| ()).unwrap_err().to_string();
+    let error = adapter::integrator(&scene, 0).map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("surfaces lie in one place") && error.contains("remove the copies"), "{error}");
 }
 

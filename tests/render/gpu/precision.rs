@@ -7,6 +7,7 @@
 //! A sweep takes more inputs of each routine.
 
 use super::support::*;
+use crate::adapter;
 use abbe::bsdf::thin_film::Stack;
 use abbe::bsdf::{fresnel, phase};
 use abbe::gpu::scene::GpuScene;
@@ -94,7 +95,7 @@ fn head(scattering: bool) -> String {
 
 #[test]
 fn fresnel_reflectance_is_that_of_inputs_a_few_units_away() {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     let mut random = Random(1);
     let inputs: Vec<Vec4> = (0..sweep())
         .map(|i| {
@@ -126,7 +127,7 @@ fn fresnel_reflectance_is_that_of_inputs_a_few_units_away() {
 
 #[test]
 fn reflectance_of_metals_is_that_of_inputs_a_few_units_away() {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     let mut random = Random(2);
     let inputs: Vec<Vec4> = (0..sweep())
         .map(|i| {
@@ -146,7 +147,7 @@ fn reflectance_of_metals_is_that_of_inputs_a_few_units_away() {
 /// The phase of a film is rounded before its sine is taken, so that a bound on the result itself is what can be held here.
 #[test]
 fn films_reflect_what_they_do_in_double_precision() {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     let mut random = Random(6);
     let inputs: Vec<Vec4> = (0..sweep())
         .flat_map(|i| {
@@ -173,7 +174,7 @@ fn films_reflect_what_they_do_in_double_precision() {
 
 #[test]
 fn refracted_directions_are_those_of_inputs_a_few_units_away() {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     let mut random = Random(3);
     let unit = |random: &mut Random| dvec3(random.next() - 0.5, random.next() - 0.5, random.next() - 0.5).normalize_or(DVec3::X);
     let inputs: Vec<Vec4> = (0..sweep())
@@ -220,7 +221,7 @@ fn refracted_directions_are_those_of_inputs_a_few_units_away() {
 
 #[test]
 fn the_phase_function_is_that_of_inputs_a_few_units_away() {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     let mut random = Random(4);
     let inputs: Vec<Vec4> = (0..sweep())
         .map(|i| {
@@ -272,7 +273,7 @@ fn from_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
 
 #[test]
 fn triangles_are_met_where_they_are_or_a_few_units_away() {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     let mut random = Random(5);
     let point = |random: &mut Random, size: f64| dvec3(random.next() - 0.5, random.next() - 0.5, random.next() - 0.5) * size;
     let inputs: Vec<Vec4> = (0..sweep())
@@ -335,7 +336,7 @@ fn triangles_are_met_where_they_are_or_a_few_units_away() {
 
 #[test]
 fn spheres_are_met_where_they_are_or_a_few_units_away() {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     let mut random = Random(6);
     let point = |random: &mut Random, size: f64| dvec3(random.next() - 0.5, random.next() - 0.5, random.next() - 0.5) * size;
     let inputs: Vec<Vec4> = (0..sweep())
@@ -382,7 +383,7 @@ fn spheres_are_met_where_they_are_or_a_few_units_away() {
 
 #[test]
 fn a_ray_that_only_touches_a_sphere_or_a_cylinder_crosses_nothing() {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     // Past the rim by nothing at all, and inside it by as little as single precision has.
     let rims = [1.0, 1.0f32.next_down()];
     let inputs: Vec<Vec4> =

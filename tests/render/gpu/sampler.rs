@@ -1,7 +1,7 @@
 //! The shaders' random numbers: (0,2)-nets, block by block.
 
 use super::support::*;
-use abbe::gpu::Gpu;
+use crate::adapter;
 use std::collections::BTreeMap;
 
 /// Samples per sequence, and sequences: each has a pixel, batch, seed and dimension of its own.
@@ -15,7 +15,7 @@ fn sampler() -> String {
 
 /// The points of all sequences, `[sequence][sample]`.
 fn points() -> Vec<[f64; 2]> {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     let source = sampler()
         + &format!(
             "fn main(@builtin(global_invocation_id) id: vec3u) {{
@@ -69,7 +69,7 @@ fn sequences_differ_and_are_uniform() {
 
 #[test]
 fn the_second_dimension_is_that_of_sobol() {
-    let gpu = Gpu::open(None).unwrap();
+    let gpu = adapter::gpu();
     let count = 4096;
     // Small numbers, and numbers with high bits set.
     let index = |i: u32| if i < 2048 { i } else { i.wrapping_mul(0x9e37_79b9) };

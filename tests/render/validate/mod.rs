@@ -11,8 +11,8 @@
 
 mod random;
 
+use crate::adapter;
 use abbe::Error;
-use abbe::integrator::GpuIntegrator;
 use abbe::render::Renderer;
 use abbe::stats::BatchStats;
 use abbe::validate::{FAMILY, Verdict, all};
@@ -25,7 +25,7 @@ fn holds(id: &str) {
     let mut stats = BatchStats::default();
     let outcomes = case.run(
         &|scene, seed, techniques, light_paths| {
-            let mut integrator = GpuIntegrator::with(scene, None, seed, techniques)?;
+            let mut integrator = adapter::with(scene, seed, techniques)?;
             light_paths.iter().for_each(|&n| integrator.set_light_paths(n));
             Ok(Box::new(integrator) as Box<dyn Renderer>)
         },

@@ -1,11 +1,12 @@
 //! Promises that hold for any scene, on random ones of fixed seeds: in uniform light nothing lossless can be seen, the GPU agrees with the reference,
 //! light finds its way back, and what the greatest depth takes is counted.
 
+use crate::adapter;
 use crate::random::Random;
 use crate::sweep;
 use abbe::compare::difference::threshold;
 use abbe::film::Film;
-use abbe::integrator::{GpuIntegrator, Techniques};
+use abbe::integrator::Techniques;
 use abbe::reference::ReferenceIntegrator;
 use abbe::render::Integrator;
 use abbe::scene::{Estimator, LoadOptions, Scene, load_str};
@@ -86,7 +87,7 @@ fn batches(integrator: &mut dyn Integrator, scene: &Scene, spp: u32) -> (Vec<Fig
 fn random_solids_in_uniform_light_cannot_be_seen() {
     for seed in (1..=2).take(sweep::count(1)) {
         let scene = scene(seed, json!({"lights": [{"constant": {"radiance": 1}}]}));
-        let mut gpu = GpuIntegrator::new(&scene, None, seed).expect("an adapter");
+        let mut gpu = adapter::integrator(&scene, seed).expect("an adapter");
         for f in batches(&mut gpu, &scene, 64).0 {
             println!("seed {seed}: {f:?}");
             assert!((f.mean - 1.0).abs() < threshold(8, f.dof) * f.error + 1e-3, "seed {seed}: {f:?}");
@@ -101,7 +102,7 @@ fn random_solids_under_a_lamp_are_what_the_reference_sees() {
         let lamp = json!({"shapes": [{"sphere": {"center": [1, 3, 2], "radius": 1.5}, "emission": {"radiance": 1}}],
             "lights": [{"constant": {"radiance": 0.2}}]});
         let scene = scene(seed, lamp);
-        let mut gpu = GpuIntegrator::new(&scene, None, seed).expect("an adapter");
+        let mut gpu = adapter::integrator(&scene, seed).expect("an adapter");
         let ours = batches(&mut gpu, &scene, 128).0;
         let mut reference = ReferenceIntegrator::new(&scene, Estimator::Backward, seed).expect("a scene it can see");
         let theirs = batches(&mut reference, &scene, 32).0;
@@ -135,7 +136,7 @@ fn random_solids_let_as_much_light_through_both_ways() {
                     "shapes": [{"quad": square(from_above, 0.0), "emission": {"radiance": 1}}],
                 }),
             );
-            let mut gpu = GpuIntegrator::new(&scene, None, seed + u64::from(from_above)).expect("an adapter");
+            let mut gpu = adapter::integrator(&scene, seed + u64::from(from_above)).expect("an adapter");
             let area = (2.0 * half(!from_above)).powi(2);
             let scaled = |f: &Figure| Figure { mean: area * f.mean, error: area * f.error, ..*f };
             batches(&mut gpu, &scene, 128).0.iter().map(scaled).collect::<Vec<_>>()
@@ -165,7 +166,7 @@ fn what_the_greatest_depth_takes_from_a_chain_is_counted() {
     });
     let scene = load_str(&scene.to_string(), Path::new("cube"), Path::new("."), &LoadOptions::default()).expect("a scene");
     let techniques = Techniques { light_paths: false, merging: false, ..Techniques::default() };
-    let mut gpu = GpuIntegrator::with(&scene, None, 1, techniques).expect("an adapter");
+    let mut gpu = adapter::with(&scene, 1, techniques).expect("an adapter");
     let (bins, stats) = batches(&mut gpu, &scene, 4);
     let truncated = stats.truncated as f64 / stats.paths as f64;
     assert!(truncated > 0.1, "{stats:?}");
