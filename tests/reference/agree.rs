@@ -51,7 +51,7 @@ fn backward_and_forward_agree_in_fog() {
     s.interiors.push(cloud);
     let m = material(&mut s, Material::Boundary { interior: Some(2) });
     shape(&mut s, m, sphere(dvec3(0.3, 0.8, 0.3), 0.6));
-    agree("fog", &s, 370, 560);
+    agree("fog", &s, 480, 700);
 }
 
 #[test]
