@@ -71,8 +71,11 @@ fn uniform_light_is_the_same_in_any_number_of_bins_over_any_range() {
     }
 }
 
+/// Adds a material.
+type Make<'a> = &'a dyn Fn(&mut Scene) -> usize;
+
 /// Whichever of these materials a ball is of, it cannot be seen. Nor can one of each of the others far behind it, by which all these scenes share kernels.
-fn balls_cannot_be_seen(balls: &[(&str, u32, &dyn Fn(&mut Scene) -> usize)]) {
+fn balls_cannot_be_seen(balls: &[(&str, u32, Make)]) {
     for (i, (name, spp, _)) in balls.iter().enumerate() {
         let scene = furnace(|s| {
             for (k, (_, _, make)) in balls[i..].iter().chain(&balls[..i]).enumerate() {
