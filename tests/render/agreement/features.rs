@@ -455,7 +455,7 @@ agree! {
     parallel_beam, 96, 1.0, beam();
     lamps_by_profiles, 24, 1.5, measured_lamps();
     sun_of_no_size, 24, 1.0, parallel_sun();
-    skies, 56, 1.0, sky();
+    skies, 88, 1.0, sky();
     lamps_of_all_shapes, 24, 1.0, lamps();
     thin_lens_and_tent, 88, 1.0, lens();
     orthographic_and_gaussian, 160, 1.0, orthographic_view();

@@ -66,7 +66,7 @@ fn chosen_by_a_grid_or_by_power(name: &str, scene: &Scene) {
         (0..BATCHES).for_each(|_| batches.add(&mut integrator, scene, spp));
         batches.figures()
     };
-    let (grid, power) = (render(plan.clone(), 1, 5), render(plan.with_lights_by_power(), 2, 8));
+    let (grid, power) = (render(plan.clone(), 1, 6), render(plan.with_lights_by_power(), 2, 10));
     agree(name, &pairs(&grid, &power, 3.0), 0.75);
 }
 

@@ -81,7 +81,7 @@ macro_rules! agree {
 agree! {
     compare_cornell_spheres, 32, 1.0, with_lamp(shipped("compare/cornell_spheres.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
     compare_cornell_prism, 32, 1.0, with_lamp(shipped("compare/cornell_prism.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
-    compare_fog, 44, 1.0, with_lamp(shipped("compare/fog.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
+    compare_fog, 72, 1.0, with_lamp(shipped("compare/fog.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
     compare_barrel, 96, 1.0, without_tube(with_lamp(shipped("compare/barrel.json", BINS), disc_facing_down([-0.25, 1.9, 0.0], 0.5)));
     #[ignore = "long: in tools/soak"] cornell_spheres, 24, 1.0, with_lamp(shipped("cornell_spheres.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
     cornell_spheres_dispersed, 32, 1.0, on_the_floor(shipped("cornell_spheres_dispersed.json", BINS));
