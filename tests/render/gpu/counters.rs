@@ -207,7 +207,7 @@ fn paths_of_both_passes_are_counted_where_they_are_cut() {
         "lights": [{"point": {"position": [1, 3, 1], "intensity": 1}}],
     }));
     let stats = |techniques: Techniques| {
-        let mut integrator = GpuIntegrator::with(&scene, None, 1, techniques).unwrap();
+        let mut integrator = adapter::with(&scene, 1, techniques).unwrap();
         integrator.set_light_paths(0.5);
         let mut film = abbe::film::Film::new(&scene.film);
         let mut stats = abbe::stats::BatchStats::default();
@@ -239,7 +239,7 @@ fn splats_too_large_for_the_film_are_dropped_and_counted() {
         let Light::Point { intensity: light, .. } = &mut scene.lights[0] else { panic!("not a point") };
         *light = Spectrum::Constant(intensity);
         let mut film = abbe::film::Film::new(&scene.film);
-        let mut integrator = GpuIntegrator::with(&scene, None, 1, techniques).unwrap();
+        let mut integrator = adapter::with(&scene, 1, techniques).unwrap();
         let stats = integrator.render_batch(0, 4, &mut film).unwrap();
         let values: Vec<f64> = (0..film.pixels()).flat_map(|p| film.pixel(p).to_vec()).collect();
         assert!(values.iter().all(|v| v.is_finite() && *v >= 0.0), "{intensity}: {stats:?}");
