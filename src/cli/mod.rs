@@ -7,6 +7,7 @@
 mod bands;
 mod bench;
 mod check;
+mod checkpoint;
 mod compare;
 mod develop;
 mod device;

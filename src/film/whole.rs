@@ -2,6 +2,8 @@
 //! renders do; batches are therefore taken together in groups, ever larger ones, which hold more and more whole turns of the wavelengths.
 
 use super::update;
+use crate::state::{Persistent, State, invalid};
+use std::io;
 
 /// Groups are merged in pairs when there are so many; half of them still make a good error.
 const GROUPS: usize = 32;
@@ -76,5 +78,30 @@ impl Whole {
             deviation += update(&mut mean, group.mean[channel], group.weight, group.weight / weight);
         }
         (deviation / ((self.groups.len() - 1) as f64 * weight)).sqrt()
+    }
+}
+
+impl Persistent for Group {
+    fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
+        let Group { batches, weight, mean } = self;
+        state.value(batches)?;
+        state.value(weight)?;
+        state.slice(mean)
+    }
+}
+
+impl Persistent for Whole {
+    fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
+        let Whole { sums, pixels, groups, size } = self;
+        state.slice(sums)?;
+        state.size(pixels)?;
+        state.value(size)?;
+        let mut count = groups.len();
+        state.size(&mut count)?;
+        if count > GROUPS {
+            return Err(invalid(format!("{count} groups of batches")));
+        }
+        groups.resize(count, Group { mean: vec![0.0; sums.len()], ..Group::default() });
+        groups.iter_mut().try_for_each(|group| group.persist(state))
     }
 }

@@ -20,7 +20,7 @@ pub(super) fn probed(picture: &Params) -> Params {
 impl GpuIntegrator {
     /// Learns where light paths are of use, and how many are best, from a few passes that the film never sees: what they find before that is mostly noise.
     pub(super) fn probe(&mut self) -> Result<()> {
-        if self.guide.is_none() {
+        if self.learned.guide.is_none() {
             return Ok(());
         }
         let picture = self.params;
@@ -50,12 +50,12 @@ impl GpuIntegrator {
                     let (x, y) = (tile.x + i as u32 % tile.width, tile.y + i as u32 / tile.width);
                     picture[(y * self.params.image_width + x) as usize] = *radiance;
                 }
-                squares += self.guide.as_ref().map_or(0.0, |g| g.squares);
+                squares += self.learned.guide.as_ref().map_or(0.0, |g| g.squares);
                 stats += traced.stats;
             }
             // The tree is of some use from the second half on.
             if 2 * round >= rounds
-                && let Some(guide) = &self.guide
+                && let Some(guide) = &self.learned.guide
             {
                 sum.camera_variance += guide.relative_variance(self.params.image_width, &picture, &last);
                 sum.light_variance += squares;

@@ -356,7 +356,7 @@ fn what_the_greatest_depth_cuts_is_counted() {
     s.max_depth = 1;
     let mut film = Film::new(&s.film);
     let mut integrator = ReferenceIntegrator::new(&s, Estimator::Backward, 0).expect("a scene");
-    let stats = integrator.render_batch(0, 50, &mut film).expect("a batch");
+    let stats = integrator.render_batch(abbe::render::Batch::even(0, 50), &mut film).expect("a batch");
     assert_eq!(stats.paths, 200);
     assert!(stats.truncated > 50 && stats.truncated < 200, "{stats:?}");
 }

@@ -124,7 +124,7 @@ fn paths_into_more_volumes_than_they_can_keep_are_counted() {
             "lights": [{"constant": {"radiance": 1}}],
         }));
         let mut film = abbe::film::Film::new(&scene.film);
-        GpuIntegrator::new(&scene, None, 1).unwrap().render_batch(0, 4, &mut film).unwrap()
+        GpuIntegrator::new(&scene, None, 1).unwrap().render_batch(abbe::render::Batch::even(0, 4), &mut film).unwrap()
     };
     assert_eq!(nested(4).dropped(), 0);
     let crowded = nested(5);
@@ -148,7 +148,7 @@ fn invocations_take_as_many_samples_as_their_rays_allow() {
         let scene = scene(mirrors);
         let (mut integrator, mut film) = (GpuIntegrator::new(&scene, None, 1).unwrap(), abbe::film::Film::new(&scene.film));
         let batch = |i: u32| {
-            let stats = integrator.render_batch(i, 16, &mut film).unwrap();
+            let stats = integrator.render_batch(abbe::render::Batch::even(i, 16), &mut film).unwrap();
             assert_eq!(stats.unfinished, 0, "{stats:?}");
             stats.most_rays
         };
@@ -158,7 +158,7 @@ fn invocations_take_as_many_samples_as_their_rays_allow() {
     let deep = scene(true);
     let (mut integrator, mut film) = (GpuIntegrator::new(&deep, None, 1).unwrap(), abbe::film::Film::new(&deep.film));
     for (i, spp) in [1, 1, 1, 16].into_iter().enumerate() {
-        let stats = integrator.render_batch(i as u32, spp, &mut film).unwrap();
+        let stats = integrator.render_batch(abbe::render::Batch::even(i as u32, spp), &mut film).unwrap();
         assert!(stats.unfinished == 0 && stats.most_rays <= 16 * 66, "batch {i}: {stats:?}");
     }
     let few = rays(false);
@@ -173,7 +173,7 @@ fn invocations_take_as_many_samples_as_their_rays_allow() {
 fn too_bright_a_lamp_and_too_short_a_path_are_counted() {
     let count = |scene: &abbe::scene::Scene| {
         let mut film = abbe::film::Film::new(&scene.film);
-        let stats = GpuIntegrator::new(scene, None, 1).unwrap().render_batch(0, 4, &mut film).unwrap();
+        let stats = GpuIntegrator::new(scene, None, 1).unwrap().render_batch(abbe::render::Batch::even(0, 4), &mut film).unwrap();
         assert!((0..film.pixels()).all(|p| film.pixel(p).iter().all(|v| v.is_finite() && *v >= 0.0)));
         stats
     };
