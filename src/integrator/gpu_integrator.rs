@@ -447,11 +447,10 @@ pub(super) struct TileSums {
 impl GpuIntegrator {
     /// [`Integrator::render_batch`], unguarded. Its state changes at a tile's end alone.
     fn batch(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats> {
-        if !self.learned.is_probed {
-            self.probe()?;
-            self.learned.is_probed = true;
-        }
         let Batch { index, first_pass, spp } = batch;
+        if self.learned.tiles_done == 0 {
+            self.probe(index)?;
+        }
         for tile in self.tiles().into_iter().skip(self.learned.tiles_done) {
             let rates = self.learned.adaptive.as_ref().map_or_else(|| even_rates(tile), |a| a.rates(tile, spp));
             let passes = Passes { batch: index, number: first_pass, count: spp };

@@ -13,7 +13,8 @@ pub(super) struct Learned {
     pub guide: Option<Guide>,
     pub adaptive: Option<Adaptive>,
     pub budget: Option<Budget>,
-    pub is_probed: bool,
+    /// Probes done.
+    pub probes: usize,
     /// Most samples that an invocation takes, of one pixel or several.
     pub most_samples: u32,
     /// How many may be, by what is known from this batch.
@@ -26,8 +27,8 @@ pub(super) struct Learned {
 impl Learned {
     /// Before the first batch.
     pub fn new(guide: Option<Guide>, adaptive: Option<Adaptive>, most_samples: u32) -> Self {
-        let (budget, is_probed, fitting, tiles_done, stats) = (None, false, u32::MAX, 0, BatchStats::default());
-        Learned { guide, adaptive, budget, is_probed, most_samples, fitting, tiles_done, stats }
+        let (budget, probes, fitting, tiles_done, stats) = (None, 0, u32::MAX, 0, BatchStats::default());
+        Learned { guide, adaptive, budget, probes, most_samples, fitting, tiles_done, stats }
     }
 
     /// All tiles of a batch of `spp` samples are done; what was counted.
@@ -41,7 +42,7 @@ impl Learned {
 
 impl Persistent for Learned {
     fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
-        let Learned { guide, adaptive, budget, is_probed, most_samples, fitting, tiles_done, stats } = self;
+        let Learned { guide, adaptive, budget, probes, most_samples, fitting, tiles_done, stats } = self;
         part(guide, state, "a guide")?;
         part(adaptive, state, "rates of samples")?;
         let mut has_budget = budget.is_some();
@@ -49,7 +50,7 @@ impl Persistent for Learned {
         if has_budget {
             budget.get_or_insert(Budget { light_paths: 1.0, probe: None }).persist(state)?;
         }
-        state.flag(is_probed)?;
+        state.size(probes)?;
         state.value(most_samples)?;
         state.value(fitting)?;
         state.size(tiles_done)?;
