@@ -12,6 +12,7 @@ const STEP: usize = 1 << 22;
 pub struct State<'a> {
     file: File<'a>,
     sum: crc32fast::Hasher,
+    position: u64,
 }
 
 enum File<'a> {
@@ -36,12 +37,12 @@ pub fn invalid(what: impl Into<String>) -> io::Error {
 impl<'a> State<'a> {
     /// Saves to `out`.
     pub fn saving(out: &'a mut dyn Write) -> Self {
-        State { file: File::Out(out), sum: crc32fast::Hasher::new() }
+        State { file: File::Out(out), sum: crc32fast::Hasher::new(), position: 0 }
     }
 
     /// Restores from `input`.
     pub fn restoring(input: &'a mut dyn Read) -> Self {
-        State { file: File::In(input), sum: crc32fast::Hasher::new() }
+        State { file: File::In(input), sum: crc32fast::Hasher::new(), position: 0 }
     }
 
     /// A value.
@@ -110,6 +111,26 @@ impl<'a> State<'a> {
         Ok(())
     }
 
+    /// Bytes so far.
+    pub fn position(&self) -> u64 {
+        self.position
+    }
+
+    /// Passes over what is saved up to the checksum, `bytes` of them.
+    ///
+    /// # Errors
+    /// As [`Persistent::persist`].
+    pub fn skip(&mut self, bytes: u64) -> io::Result<()> {
+        let mut piece = vec![0u8; STEP];
+        let mut left = bytes;
+        while left > 0 {
+            let now = left.min(STEP as u64) as usize;
+            self.bytes(&mut piece[..now])?;
+            left -= now as u64;
+        }
+        Ok(())
+    }
+
     /// The checksum, after all else.
     ///
     /// # Errors
@@ -127,6 +148,7 @@ impl<'a> State<'a> {
             File::In(input) => input.read_exact(bytes)?,
         }
         self.sum.update(bytes);
+        self.position += bytes.len() as u64;
         Ok(())
     }
 }

@@ -2,15 +2,20 @@
 
 use super::device::TechniqueArgs;
 use super::print::{duration, note};
+use super::render::sensor_area;
 use super::values;
 use crate::error::{Error, Result};
+use crate::film::Film;
 use crate::output::{Checkpoint, check_writable, write_checkpoint};
-use crate::render::Checkpointable;
-use crate::scene::Scene;
+use crate::render::{Checkpointable, Share};
+use crate::scene::{Bins, FilmSettings, Filter, Scene, WavelengthSampling};
 use serde_json::{Map, Value, json};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+
+/// More machines than batches have nothing to do.
+const MOST_SHARES: u32 = 4096;
 
 /// How often checkpoints are written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +35,9 @@ pub struct CheckpointArgs {
     /// Leave the checkpoint of a finished render, so that --resume can add samples to it
     #[arg(long)]
     keep_checkpoint: bool,
+    /// Render the batches of one machine of several, as in 1/8, into a checkpoint beside the output; 'abbe merge' makes one picture of all
+    #[arg(long, value_name = "I/N", value_parser = share)]
+    pub share: Option<Share>,
     /// Go on from the checkpoint beside the output; the scene and all that was asked for need not be given again
     #[arg(long, value_name = "OUT.exr", num_args = 0..=1)]
     pub resume: Option<Option<PathBuf>>,
@@ -42,12 +50,20 @@ fn interval(text: &str) -> std::result::Result<Interval, String> {
     if text == "off" { Ok(Interval::Off) } else { values::time(text).map(Interval::Every) }
 }
 
+fn share(text: &str) -> std::result::Result<Share, String> {
+    let numbers = text.split_once('/').and_then(|(i, n)| Some((i.parse::<u32>().ok()?, n.parse::<u32>().ok()?)));
+    match numbers {
+        Some((number, of)) if (1..=of).contains(&number) && of <= MOST_SHARES => Ok(Share { number: number - 1, of }),
+        _ => Err(format!("write number/of, as in 1/8, with numbers from 1 to {MOST_SHARES}")),
+    }
+}
+
 /// The checkpoint beside this output.
 pub fn beside(exr: &Path) -> PathBuf {
     exr.with_extension("checkpoint")
 }
 
-/// Two renders of the same identity give the same bits.
+/// Two renders of the same identity give the same bits, if they are of the same share.
 pub fn identity(scene: &Scene, seed: u64, techniques: &TechniqueArgs, device: &str) -> Value {
     let (film, bins) = (&scene.film, &scene.film.bins);
     json!({
@@ -77,12 +93,12 @@ impl Keeper {
     ///
     /// # Errors
     /// [`Error::File`] where none could be written.
-    pub fn new(exr: &Path, args: &CheckpointArgs, identity: Value, request: Value) -> Result<Self> {
+    pub fn new(exr: &Path, args: &CheckpointArgs, scene: &Scene, identity: Value, request: Value) -> Result<Self> {
         let path = beside(exr);
         if args.checkpoint != Interval::Off {
             check_writable::<&Path>(&path, [])?;
         }
-        let header = json!({"identity": identity, "request": request});
+        let header = json!({"identity": identity, "request": request, "picture": picture(scene)});
         Ok(Keeper { path, args: args.clone(), header, last: Instant::now(), lock: None })
     }
 
@@ -144,7 +160,7 @@ impl Keeper {
     /// # Errors
     /// [`Error::File`] where one that is to be kept cannot be written.
     pub fn finish(&mut self, state: &mut Checkpointable<'_>) -> Result<()> {
-        if self.args.keep_checkpoint {
+        if self.args.keep_checkpoint || self.args.share.is_some() {
             return self.write(state);
         }
         if self.lock.is_some() {
@@ -169,6 +185,46 @@ impl Keeper {
         }
         Ok(())
     }
+}
+
+/// The first thing in which two headers are of different renders: its name, what `a` and what `b` has.
+pub fn difference(a: &Value, b: &Value, any_device: bool) -> Option<(String, Value, Value)> {
+    let none = Map::new();
+    let a = a["identity"].as_object().unwrap_or(&none);
+    let all = b["identity"].as_object().unwrap_or(&none).iter();
+    let pairs = all.map(|(name, b)| (name, a.get(name).cloned().unwrap_or_default(), b.clone()));
+    pairs.filter(|(name, a, b)| a != b && !(any_device && *name == "device")).map(|(name, a, b)| (name.clone(), a, b)).next()
+}
+
+/// What a film and its file are made from.
+fn picture(scene: &Scene) -> Value {
+    let FilmSettings { width, height, bins, exposure, .. } = &scene.film;
+    json!({
+        "width": width, "height": height, "bins": bins.count, "min_nm": bins.min_nm, "max_nm": bins.max_nm, "exposure": exposure,
+        "irradiance": sensor_area(&scene.sensor).is_some(),
+    })
+}
+
+/// The film of a checkpoint's header, still empty.
+///
+/// # Errors
+/// [`Error::Usage`] where there is no memory for it.
+pub fn film_of(header: &Value) -> Result<Film> {
+    let picture = &header["picture"];
+    let number = |name: &str| picture[name].as_u64().and_then(|n| u32::try_from(n).ok()).unwrap_or(1).max(1);
+    let bins = Bins {
+        count: number("bins"),
+        min_nm: picture["min_nm"].as_f64().unwrap_or(380.0),
+        max_nm: picture["max_nm"].as_f64().unwrap_or(780.0),
+    };
+    Film::try_new(&FilmSettings {
+        width: number("width"),
+        height: number("height"),
+        bins,
+        filter: Filter::Box,
+        sampling: WavelengthSampling::Continuous,
+        exposure: picture["exposure"].as_f64(),
+    })
 }
 
 /// What was asked for by the render that left the checkpoint beside `exr`.

@@ -14,7 +14,7 @@ use crate::memory;
 use crate::output::exr::Aovs;
 use crate::output::picture::Precision;
 use crate::output::{Provenance, check_writable, write_exr, write_picture};
-use crate::render::{Checkpointable, Ended, Rendering, Stop, Summary};
+use crate::render::{Checkpointable, Ended, Rendering, Share, Stop, Summary};
 use crate::scene::{Scene, Sensor, inside_out};
 use crate::spectrum::library::Observer;
 use clap::ValueEnum;
@@ -122,6 +122,7 @@ impl Args {
             "techniques": self.techniques.json(),
             "device": self.device,
             "aov": self.aov.iter().filter_map(|aov| Some(aov.to_possible_value()?.get_name().to_string())).collect::<Vec<_>>(),
+            "share": self.checkpoint.share.map(|share| [share.number, share.of]),
             "spp": self.stop.spp,
             "seconds": self.stop.time.map(|t| t.as_secs_f64()),
             "error": self.stop.error,
@@ -148,15 +149,18 @@ impl Args {
         };
         let request = checkpoint::request_of(exr)?;
         let number = |name: &str| request[name].as_u64().and_then(|n| u32::try_from(n).ok());
-        let pair =
-            request["size"].as_array().map(|s| s.iter().filter_map(|n| u32::try_from(n.as_u64()?).ok()).collect::<Vec<_>>());
+        let pair = |name: &str| {
+            let numbers = request[name].as_array()?.iter().filter_map(|n| u32::try_from(n.as_u64()?).ok());
+            numbers.collect::<Vec<_>>().try_into().ok().map(|[a, b]: [u32; 2]| (a, b))
+        };
         args.path = request["scene"].as_str().map(PathBuf::from);
         args.overrides = Overrides {
-            size: pair.and_then(|s| Some((*s.first()?, *s.get(1)?))),
+            size: pair("size"),
             channels: number("channels"),
             max_depth: number("max_depth"),
             allow_outside: request["allow_outside"].as_bool().unwrap_or(false),
         };
+        args.checkpoint.share = pair("share").map(|(number, of)| Share { number, of });
         args.seed = request["seed"].as_u64().unwrap_or(0);
         args.techniques = device::TechniqueArgs::of_json(&request["techniques"]);
         args.device = args.device.or_else(|| request["device"].as_str().map(str::to_string));
@@ -172,7 +176,8 @@ impl Args {
     }
 }
 
-fn is_exr(path: &Path) -> bool {
+/// Whether a path is named as an EXR.
+pub fn is_exr(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }
 
@@ -195,7 +200,8 @@ pub fn run(args: &Args) -> Outcome {
         stages.aside(|| scene.notes.iter().chain(&lack).chain(&inside_out(&scene)).for_each(|n| note(&format!("note: {n}"))));
     }
     let setup = Instant::now();
-    let mut rendering = Rendering::new(Film::try_new(&scene.film)?);
+    let share = args.checkpoint.share.unwrap_or(Share::WHOLE);
+    let mut rendering = Rendering::of_share(Film::try_new(&scene.film)?, share);
     let mut device = device::open(&scene, args.device.as_deref(), args.seed, &args.techniques)?;
     let setup = setup.elapsed();
     drop(stages);
@@ -206,7 +212,7 @@ pub fn run(args: &Args) -> Outcome {
     let aovs = wants_aovs.then(|| device.integrator.aovs(&albedos(&scene), 0, AOV_SAMPLES)).transpose()?;
 
     let identity = checkpoint::identity(&scene, args.seed, &args.techniques, &device.name);
-    let mut keeper = Keeper::new(&exr, &args.checkpoint, identity, args.request(path))?;
+    let mut keeper = Keeper::new(&exr, &args.checkpoint, &scene, identity, args.request(path))?;
     let integrator = device.integrator.as_mut();
     keeper.resume(&mut Checkpointable { rendering: &mut rendering, integrator })?;
     let mut stats = rendering.stats;
@@ -242,24 +248,6 @@ pub fn run(args: &Args) -> Outcome {
 
     // A device may fail after hours: what it had done is written before its error is passed on.
     if film.batches() > 0 {
-        let xyz = film.xyz_image();
-        let auto = || if png.is_some() { auto_exposure(&xyz, Observer::Cie1931, AUTO_SHARE) } else { 0.0 };
-        let exposure = scene.film.exposure.unwrap_or_else(auto);
-        // As the file holds it, so that the picture can be made again from the file.
-        let exposure = f64::from(exposure as f32);
-        let irradiance = sensor_area(&scene.sensor).is_some();
-        let scene_name = scene.name.clone();
-        let origin = Provenance {
-            scene: scene_name,
-            scene_hash: format!("fnv1a64:{:016x}", scene.source_hash),
-            max_depth: scene.max_depth,
-            device: device.name.clone(),
-            seed: args.seed,
-            seconds,
-            stats,
-            exposure: Some(exposure),
-            irradiance,
-        };
         let aovs_for = |aov| aovs.as_ref().filter(|_| args.aov.contains(&aov));
         let aovs = Aovs {
             errors: args.aov.contains(&Aov::Error),
@@ -267,11 +255,18 @@ pub fn run(args: &Args) -> Outcome {
             normal: aovs_for(Aov::Normal),
             albedo: aovs_for(Aov::Albedo),
         };
-        write_exr(&exr, film, &origin, aovs)?;
-        let development = Development { exposure, ..Development::default() };
-        if let Some(png) = &png {
-            write_picture(png, &xyz, scene.film.width as usize, &development, Precision::default(), None)?;
-        }
+        let origin = Provenance {
+            scene: scene.name.clone(),
+            scene_hash: format!("fnv1a64:{:016x}", scene.source_hash),
+            max_depth: scene.max_depth,
+            device: device.name.clone(),
+            seed: args.seed,
+            seconds,
+            stats,
+            exposure: scene.film.exposure,
+            irradiance: sensor_area(&scene.sensor).is_some(),
+        };
+        write_files(&exr, png.as_deref(), film, origin, aovs)?;
     }
     if let (Err(failure), false) = (&rendered, args.quiet) {
         note(&match (film.batches(), failure) {
@@ -290,6 +285,21 @@ pub fn run(args: &Args) -> Outcome {
         keeper.finish(&mut Checkpointable { rendering: &mut rendering, integrator: device.integrator.as_mut() })?;
     }
     Ok(if interrupt::requested() { Done::Interrupted } else { Done::Completely })
+}
+
+/// Writes a film as a spectral EXR and, where it is visible, a picture, at the exposure given or that of the picture itself.
+pub fn write_files(exr: &Path, png: Option<&Path>, film: &Film, mut origin: Provenance, aovs: Aovs<'_>) -> Result<()> {
+    let xyz = film.xyz_image();
+    let auto = || if png.is_some() { auto_exposure(&xyz, Observer::Cie1931, AUTO_SHARE) } else { 0.0 };
+    // As the file holds it, so that the picture can be made again from the file.
+    let exposure = f64::from(origin.exposure.unwrap_or_else(auto) as f32);
+    origin.exposure = Some(exposure);
+    write_exr(exr, film, &origin, aovs)?;
+    if let Some(png) = png {
+        let development = Development { exposure, ..Development::default() };
+        write_picture(png, &xyz, film.settings().width as usize, &development, Precision::default(), None)?;
+    }
+    Ok(())
 }
 
 fn output_paths(args: &Args, scene: &Path) -> Result<(PathBuf, PathBuf)> {

@@ -18,6 +18,7 @@
 
 pub mod aov;
 mod errors;
+mod merge;
 mod whole;
 
 pub use errors::Errors;

@@ -44,11 +44,7 @@ impl Whole {
     pub(super) fn finish_batch(&mut self, w: f64) {
         let is_full = self.groups.last().is_none_or(|group| group.batches == self.size);
         if is_full && self.groups.len() == GROUPS {
-            for pair in 0..GROUPS / 2 {
-                let second = self.groups.remove(pair + 1);
-                self.groups[pair].add(&second.mean, second.weight, second.batches);
-            }
-            self.size *= 2;
+            self.halve();
         }
         if is_full {
             self.groups.push(Group { mean: vec![0.0; self.sums.len()], ..Group::default() });
@@ -60,6 +56,24 @@ impl Whole {
         }
         self.sums.fill(0.0);
         self.pixels = 0;
+    }
+
+    /// Makes one group of every two in a row.
+    fn halve(&mut self) {
+        for pair in 0..self.groups.len() / 2 {
+            let second = self.groups.remove(pair + 1);
+            self.groups[pair].add(&second.mean, second.weight, second.batches);
+        }
+        self.size *= 2;
+    }
+
+    /// Takes over the groups of other batches.
+    pub(super) fn append(&mut self, other: &Whole) {
+        self.groups.extend(other.groups.iter().cloned());
+        self.size = self.size.max(other.size);
+        while self.groups.len() > GROUPS {
+            self.halve();
+        }
     }
 
     /// Groups of batches that errors come from.

@@ -1,4 +1,5 @@
-//! Checkpoints: a render as it is between two batches, or where it was interrupted, from which another process goes on bit by bit.
+//! Checkpoints: a render as it is between two batches, or where it was interrupted, from which another process goes on bit by bit. A share of a render
+//! ([`crate::render::Share`]) is one, too.
 //!
 //! A file is a line that says what it is, the length of a header and the header (JSON: which render it is of, and what was asked for), then the state
 //! ([`crate::state`]) with its checksum. It is replaced as a whole, so that a process killed at any moment leaves the one before or the new one.
@@ -40,6 +41,8 @@ pub struct Checkpoint {
     /// Which render it is of, and what was asked for.
     pub header: Value,
     file: BufReader<File>,
+    /// Bytes of the state and its checksum.
+    length: u64,
 }
 
 impl Checkpoint {
@@ -55,8 +58,9 @@ impl Checkpoint {
     /// [`Error::File`] if there is none.
     pub fn open(path: &Path) -> Result<Self> {
         let failed = |why: String| Error::file(path, why, "begin anew without --resume");
-        let read = || -> io::Result<(BufReader<File>, Value)> {
-            let mut file = BufReader::with_capacity(BUFFER, open_plain(path)?.0);
+        let read = || -> io::Result<(BufReader<File>, u64, Value)> {
+            let (file, all) = open_plain(path)?;
+            let mut file = BufReader::with_capacity(BUFFER, file);
             let (mut begin, mut length) = ([0; MAGIC.len()], [0; 8]);
             file.read_exact(&mut begin)?;
             if begin != MAGIC {
@@ -70,23 +74,44 @@ impl Checkpoint {
             let mut header = vec![0; length as usize];
             file.read_exact(&mut header)?;
             let header = serde_json::from_slice(&header).map_err(|_| io::Error::other("its header is damaged"))?;
-            Ok((file, header))
+            Ok((file, all.saturating_sub(MAGIC.len() as u64 + 8 + length), header))
         };
-        let (file, header) = read().map_err(|e| match e.kind() {
+        let (file, length, header) = read().map_err(|e| match e.kind() {
             io::ErrorKind::NotFound => failed("there is no checkpoint to go on from".to_string()),
             io::ErrorKind::UnexpectedEof => failed("this checkpoint is cut short".to_string()),
             _ => failed(e.to_string()),
         })?;
-        Ok(Self { path: path.to_path_buf(), header, file })
+        Ok(Self { path: path.to_path_buf(), header, file, length })
     }
 
     /// Puts `state` where it was.
     ///
     /// # Errors
     /// [`Error::File`] if the file is damaged or of another kind of render; `state` is then of no use.
-    pub fn restore(mut self, state: &mut dyn Persistent) -> Result<()> {
-        let mut input = State::restoring(&mut self.file);
-        state.persist(&mut input).and_then(|()| input.finish()).map_err(|e| {
+    pub fn restore(self, state: &mut dyn Persistent) -> Result<()> {
+        self.read(state, false)
+    }
+
+    /// Likewise, of a state that comes first in the file; what follows it is passed over.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::restore`].
+    pub fn restore_first(self, state: &mut dyn Persistent) -> Result<()> {
+        self.read(state, true)
+    }
+
+    fn read(mut self, state: &mut dyn Persistent, has_more: bool) -> Result<()> {
+        let mut read = |file: &mut BufReader<File>| {
+            let mut input = State::restoring(file);
+            state.persist(&mut input)?;
+            if has_more {
+                // The checksum has four bytes.
+                let left = self.length.saturating_sub(input.position() + 4);
+                input.skip(left)?;
+            }
+            input.finish()
+        };
+        read(&mut self.file).map_err(|e| {
             let why = match e.kind() {
                 io::ErrorKind::UnexpectedEof => "this checkpoint is cut short".to_string(),
                 _ => format!("this checkpoint cannot be gone on from: {e}"),

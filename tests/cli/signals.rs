@@ -50,7 +50,7 @@ fn any_of_three_signals_has_what_is_done_written() {
         render.signal(name);
         let (status, stdout, stderr) = render.end();
         assert_eq!(status.code(), Some(code), "{name}: {stderr}");
-        assert_eq!(folder.names(), ["ball.exr", "ball.json", "ball.png"]);
+        assert_eq!(folder.names(), ["ball.checkpoint", "ball.exr", "ball.json", "ball.png"]);
         let image = SpectralImage::read(folder.0.join("ball.exr")).unwrap();
         assert!(image.attribute("abbe.samples").unwrap().parse::<u64>().unwrap() > 0);
         assert!(stdout.contains("interrupted") && stdout.contains("wrote ball.exr and ball.png"), "{stdout}");
