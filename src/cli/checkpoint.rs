@@ -112,13 +112,7 @@ impl Keeper {
         }
         self.lock()?;
         let checkpoint = Checkpoint::open(&self.path)?;
-        let none = Map::new();
-        let theirs = checkpoint.header["identity"].as_object().unwrap_or(&none);
-        for (name, ours) in self.header["identity"].as_object().unwrap_or(&none) {
-            let theirs = theirs.get(name).unwrap_or(&Value::Null);
-            if ours == theirs || name == "device" && self.args.any_device {
-                continue;
-            }
+        if let Some((name, theirs, ours)) = difference(&checkpoint.header, &self.header, self.args.any_device) {
             let remedy = match name.as_str() {
                 "device" => "choose that device with --device, or go on here with --any-device",
                 _ => "ask for the same, or begin anew without --resume",
@@ -129,7 +123,14 @@ impl Keeper {
                 remedy,
             ));
         }
-        checkpoint.restore(state)
+        let share = state.rendering.share;
+        checkpoint.restore(state)?;
+        let Share { number, of } = state.rendering.share;
+        if state.rendering.share != share {
+            let problem = format!("this checkpoint is share {}/{of} of a render", number + 1);
+            return Err(Error::file(&self.path, problem, "ask for that with --share, or begin anew without --resume"));
+        }
+        Ok(())
     }
 
     /// After every batch.
