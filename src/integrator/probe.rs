@@ -12,7 +12,7 @@ use std::io;
 
 /// Probes: before which batch (or the first one after it), and samples of all pixels together. A short one, so that the first picture comes soon, and a
 /// long one when it is known that it pays.
-const PROBES: [(u32, f64); 2] = [(0, (1 << 16) as f64), (16, (1 << 19) as f64)];
+const PROBES: [(u32, f64); 2] = [(0, (1 << 16) as f64), (4, (1 << 19) as f64)];
 /// In how many rounds; the picture has fewer pixels for it, if it has to.
 const ROUNDS: (f64, f64) = (4.0, 12.0);
 /// Probes have the last numbers of batches, each so many.
@@ -20,7 +20,14 @@ const NUMBERS: u32 = 16;
 
 /// What the largest probe renders of the picture.
 pub(super) fn probed(picture: &Params) -> Params {
-    coarser(picture, PROBES[1].1 / ROUNDS.0)
+    extent(picture, PROBES[1].1).0
+}
+
+/// What a probe of so many samples renders of the picture, and in how many rounds.
+fn extent(picture: &Params, samples: f64) -> (Params, u32) {
+    let part = coarser(picture, samples / ROUNDS.0);
+    let pixels = f64::from(part.image_width) * f64::from(part.image_height);
+    (part, (samples / pixels).clamp(ROUNDS.0, ROUNDS.1) as u32)
 }
 
 fn unexpected(e: io::Error) -> Error {
@@ -31,15 +38,19 @@ impl GpuIntegrator {
     /// Learns where light paths are of use, and how many are best, from a few passes that the film never sees: what they find before that is mostly noise.
     pub(super) fn probe(&mut self, batch: u32) -> Result<()> {
         let due = PROBES.iter().take_while(|(before, _)| *before <= batch).count();
+        let rounds_of = |probe: usize| extent(&self.params, PROBES[probe].1).1;
+        // Of a small picture the first one has told as much.
+        let tells_more = |before: usize| before == 0 || rounds_of(due - 1) > rounds_of(before - 1);
         if due > self.learned.probes
+            && tells_more(self.learned.probes)
             && let Some(guide) = &mut self.learned.guide
         {
             let mut before = Vec::new();
             guide.persist(&mut State::saving(&mut before)).map_err(unexpected)?;
             let picture = self.params;
-            let samples = PROBES[due - 1].1;
-            self.params = coarser(&picture, samples / ROUNDS.0);
-            let probe = self.probe_rounds(samples, u32::MAX - due as u32 * NUMBERS);
+            let (part, rounds) = extent(&picture, PROBES[due - 1].1);
+            self.params = part;
+            let probe = self.probe_rounds(rounds, u32::MAX - due as u32 * NUMBERS);
             self.params = picture;
             let mut probe = match (probe, &mut self.learned.guide) {
                 (Err(error), Some(guide)) => {
@@ -60,8 +71,7 @@ impl GpuIntegrator {
         Ok(())
     }
 
-    fn probe_rounds(&mut self, samples: f64, first_batch: u32) -> Result<Probe> {
-        let rounds = (samples / self.pixels()).clamp(ROUNDS.0, ROUNDS.1) as u32;
+    fn probe_rounds(&mut self, rounds: u32, first_batch: u32) -> Result<Probe> {
         let mut last: Vec<f32> = Vec::new();
         let mut sum = Probe { camera_variance: 0.0, light_variance: 0.0, camera_rays: 0.0, light_rays: 0.0 };
         for round in 0..rounds {
