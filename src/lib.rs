@@ -7,7 +7,7 @@
 //! ```
 //! use abbe::film::Film;
 //! use abbe::reference::ReferenceIntegrator;
-//! use abbe::render::{Stop, render};
+//! use abbe::render::{Rendering, Stop};
 //! use abbe::scene::{LoadOptions, load_str};
 //! use std::{ops::ControlFlow, path::Path};
 //!
@@ -21,10 +21,11 @@
 //! }"#;
 //! let scene = load_str(json, Path::new("ball.json"), Path::new("."), &LoadOptions::default())?;
 //!
-//! let mut film = Film::new(&scene.film);
+//! let mut rendering = Rendering::new(Film::new(&scene.film));
 //! let mut integrator = ReferenceIntegrator::new(&scene, scene.reference, 1)?;
 //! let stop = Stop { spp: Some(4), ..Stop::default() };
-//! render(&mut integrator, &mut film, &stop, &mut |_, _| ControlFlow::Continue(()))?;
+//! rendering.render(&mut integrator, &stop, &mut |_, _| ControlFlow::Continue(()))?;
+//! let film = rendering.film;
 //!
 //! // The pixel in the middle sees the ball, which reflects half of the sky; the first one sees the sky itself.
 //! assert!((film.bin(40, 0) - 0.5).abs() < 1e-9);
@@ -37,6 +38,7 @@
 //! - [`error`]: what can go wrong, with what to do about it
 //! - [`stage`]: what loading and set-up are busy with
 //! - [`memory`]: how much memory is held, and a limit to it
+//! - [`state`]: what outlives a process, as bytes
 //! - [`spectrum`]: functions of wavelength, and the library of measured ones
 //! - [`bsdf`]: what surfaces and fog do to light
 //! - [`geometry`]: kinds of geometry, and rays against them
@@ -75,6 +77,7 @@ mod rooms;
 pub mod scene;
 pub mod spectrum;
 pub mod stage;
+pub mod state;
 pub mod stats;
 pub mod validate;
 

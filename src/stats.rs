@@ -1,6 +1,8 @@
 //! What batches of samples came to.
 
 use crate::gpu::layout::COUNTED_DEPTHS;
+use crate::state::{Persistent, State};
+use std::io;
 use std::time::Duration;
 
 /// Counts over one or more batches.
@@ -58,6 +60,66 @@ impl std::ops::AddAssign for Counts {
         self.nodes += b.nodes;
         self.primitives += b.primitives;
         self.ended.iter_mut().zip(b.ended).for_each(|(a, b)| *a += b);
+    }
+}
+
+/// A duration, to the nanosecond.
+pub(crate) fn persist_time(time: &mut Duration, state: &mut State<'_>) -> io::Result<()> {
+    let (mut seconds, mut nanoseconds) = (time.as_secs(), time.subsec_nanos());
+    state.value(&mut seconds)?;
+    state.value(&mut nanoseconds)?;
+    *time = Duration::from_secs(seconds).saturating_add(Duration::from_nanos(u64::from(nanoseconds)));
+    Ok(())
+}
+
+impl Persistent for Counts {
+    fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
+        let Counts { nodes, primitives, ended } = self;
+        state.value(nodes)?;
+        state.value(primitives)?;
+        state.slice(ended)
+    }
+}
+
+impl Persistent for BatchStats {
+    fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
+        let BatchStats {
+            paths,
+            light_paths,
+            rays,
+            dropped_not_finite,
+            dropped_negative,
+            dropped_saturated,
+            dropped_crowded,
+            truncated,
+            unfinished,
+            most_rays,
+            camera_rays,
+            camera_time,
+            light_time,
+            kernel_times,
+            longest_dispatch,
+            camera_counts,
+            light_counts,
+        } = self;
+        let counts = [
+            paths,
+            light_paths,
+            rays,
+            dropped_not_finite,
+            dropped_negative,
+            dropped_saturated,
+            dropped_crowded,
+            truncated,
+            unfinished,
+            most_rays,
+            camera_rays,
+        ];
+        counts.into_iter().try_for_each(|count| state.value(count))?;
+        let times = [camera_time, light_time, longest_dispatch].into_iter().chain(kernel_times);
+        times.into_iter().try_for_each(|time| persist_time(time, state))?;
+        camera_counts.persist(state)?;
+        light_counts.persist(state)
     }
 }
 

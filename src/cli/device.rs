@@ -6,7 +6,8 @@ use crate::integrator::{GpuIntegrator, Techniques};
 use crate::reference::ReferenceIntegrator;
 use crate::render::{Integrator, Renderer};
 use crate::scene::{Estimator, Scene};
-use serde_json::json;
+use clap::ValueEnum;
+use serde_json::{Value, json};
 
 const EXAMPLES: &str = "Examples:
   abbe devices
@@ -84,7 +85,35 @@ fn light_paths(text: &str) -> std::result::Result<f64, String> {
     if (0.001..=1000.0).contains(&n) { Ok(n) } else { Err("must be between 0.001 and 1000".to_string()) }
 }
 
+impl std::fmt::Display for TechniqueArgs {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut without = self.names();
+        without.sort();
+        let without = if without.is_empty() { "all".to_string() } else { format!("without {}", without.join(", ")) };
+        let light_paths = self.light_paths.map_or(String::new(), |n| format!(", {n} light paths for each camera path"));
+        write!(f, "{without}{light_paths}")
+    }
+}
+
 impl TechniqueArgs {
+    fn names(&self) -> Vec<String> {
+        self.without.iter().filter_map(|t| Some(t.to_possible_value()?.get_name().to_string())).collect()
+    }
+
+    /// As JSON, for another process.
+    pub fn json(&self) -> Value {
+        json!({"without": self.names(), "light_paths": self.light_paths})
+    }
+
+    /// What [`TechniqueArgs::json`] has made.
+    pub fn of_json(value: &Value) -> Self {
+        let names = value["without"].as_array().into_iter().flatten().filter_map(Value::as_str);
+        Self {
+            without: names.filter_map(|n| Technique::from_str(n, false).ok()).collect(),
+            light_paths: value["light_paths"].as_f64(),
+        }
+    }
+
     /// The same but for these.
     pub fn but(&self, without: &[Technique]) -> Self {
         Self { without: [&self.without, without].concat(), ..self.clone() }

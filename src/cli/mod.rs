@@ -7,6 +7,7 @@
 mod bands;
 mod bench;
 mod check;
+mod checkpoint;
 mod compare;
 mod develop;
 mod device;
@@ -15,6 +16,7 @@ mod info;
 mod interrupt;
 mod load;
 mod logger;
+mod merge;
 mod new;
 pub mod plot;
 mod print;
@@ -48,6 +50,7 @@ struct Cli {
 const EXAMPLES: &str = "Examples:
   abbe render scenes/newton.json                    newton.exr (spectra) and newton.png (picture), 64 samples per pixel
   abbe render scenes/prism.json --time 30s -o p.exr  as good as half a minute allows
+  abbe render --resume p.exr                        goes on with a render that was stopped
   abbe develop newton.exr -o n.png --tone agx        another picture of what was rendered
   abbe new my_scene                                 a scene to start from, with comments
   abbe check my_scene.json                          what will it show, and is something wrong?
@@ -71,6 +74,8 @@ Every command has its own --help.";
 enum Command {
     /// Render a scene to a spectral EXR and a picture
     Render(render::Args),
+    /// Make one picture of shares that several machines have rendered
+    Merge(merge::Args),
     /// Make a picture of a spectral EXR
     Develop(develop::Args),
     /// List the devices that Abbe can render on
@@ -103,6 +108,7 @@ pub fn main() -> ExitCode {
     logger::install();
     let done = interrupt::install().and_then(|()| match cli.command {
         Command::Render(args) => render::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::Develop(args) => develop::run(&args),
         Command::Devices(args) => device::run(&args),
         Command::Info(args) => info::run(&args),

@@ -1,7 +1,8 @@
 //! `abbe render`: from a scene file to a spectral EXR and a picture.
 
 use super::check::unfound;
-use super::load::SceneArgs;
+use super::checkpoint::{self, CheckpointArgs, Keeper};
+use super::load::Overrides;
 use super::print::{duration, note, out, percent, si};
 use super::progress::{Bar, Log, Stages};
 use super::{Done, Outcome, device, interrupt, values};
@@ -15,10 +16,10 @@ use crate::memory;
 use crate::output::exr::Aovs;
 use crate::output::picture::Precision;
 use crate::output::{Provenance, check_writable, write_exr, write_picture};
-use crate::render::{Ended, Stop, Summary, render};
+use crate::render::{Checkpointable, Ended, Rendering, Share, Stop, Summary};
 use crate::scene::{Scene, Sensor, advice_before_rendering};
 use crate::spectrum::library::Observer;
-use crate::stats::BatchStats;
+use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::io::{IsTerminal, stderr};
 use std::ops::ControlFlow;
@@ -32,6 +33,8 @@ const EXAMPLES: &str = "Examples:
   abbe render scenes/nephroid.json --error 2% --json
   abbe render scenes/bunny_light.json --aov error,depth,normal,albedo
   abbe render scenes/cornell_spheres.json --device reference --size 64x64
+  abbe render --resume pool.exr                     goes on with a render that was stopped
+  abbe render scenes/pool.json --keep-checkpoint && abbe render --resume pool.exr --spp 1024
 
 Of --spp, --time and --error the first that is met ends the render; without any it is --spp 64.
 Ctrl-C ends it within seconds and writes what there is; so do the signals TERM and HUP, the latter not under nohup. A second one quits at once.
@@ -39,11 +42,14 @@ Where standard error is no terminal it gets the plan, then a line every 10 s.
 
 Exit codes: 0 done, 2 the request or its input is at fault, 3 the device failed, 130 ended by INT (Ctrl-C), 143 by TERM, 129 by HUP.";
 
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
+    /// Scene file (.json), or a glTF file (.gltf, .glb)
+    #[arg(value_name = "SCENE", required_unless_present = "resume")]
+    path: Option<PathBuf>,
     #[command(flatten)]
-    scene: SceneArgs,
+    overrides: Overrides,
     /// Spectral EXR to write; the picture goes beside it as .png [default: the scene's name, in the current folder]
     #[arg(short, long, value_name = "OUT.exr")]
     output: Option<PathBuf>,
@@ -60,6 +66,8 @@ pub struct Args {
     /// Extra channels in the EXR, with commas between: standard errors; depth, normal and albedo of what is seen first
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     aov: Vec<Aov>,
+    #[command(flatten)]
+    checkpoint: CheckpointArgs,
     /// End if loading and set-up need more memory than this, as in 500M or 2G (what the adapter holds counts, too)
     #[arg(long, value_name = "SIZE", value_parser = values::memory)]
     max_memory: Option<u64>,
@@ -102,13 +110,88 @@ impl From<StopArgs> for Stop {
     }
 }
 
+impl Args {
+    /// What another process needs to know to go on with this render.
+    fn request(&self, scene: &Path) -> Value {
+        let Overrides { size, channels, max_depth, allow_outside } = &self.overrides;
+        json!({
+            "scene": std::path::absolute(scene).unwrap_or_else(|_| scene.to_path_buf()).to_string_lossy(),
+            "size": size.map(|(w, h)| [w, h]),
+            "channels": channels,
+            "max_depth": max_depth,
+            "allow_outside": allow_outside,
+            "seed": self.seed,
+            "techniques": self.techniques.json(),
+            "device": self.device,
+            "aov": self.aov.iter().filter_map(|aov| Some(aov.to_possible_value()?.get_name().to_string())).collect::<Vec<_>>(),
+            "share": self.checkpoint.share.map(|share| [share.number, share.of]),
+            "spp": self.stop.spp,
+            "seconds": self.stop.time.map(|t| t.as_secs_f64()),
+            "error": self.stop.error,
+        })
+    }
+
+    /// The same, and where no scene is named what the render to go on with was asked for.
+    fn completed(&self) -> Result<Args> {
+        let mut args = self.clone();
+        let Some(resume) = &self.checkpoint.resume else { return Ok(args) };
+        match resume {
+            // `--resume scene.json` names the scene.
+            Some(path) if args.path.is_none() && !is_exr(path) && checkpoint::beside(path) != *path => {
+                args.path = Some(path.clone())
+            }
+            Some(path) => args.output = Some(path.with_extension("exr")),
+            None => {}
+        }
+        if args.path.is_some() {
+            return Ok(args);
+        }
+        let Some(exr) = &args.output else {
+            return Err(Error::usage("--resume alone names no render", "name the scene, or the output as in --resume out.exr"));
+        };
+        let request = checkpoint::request_of(exr)?;
+        let number = |name: &str| request[name].as_u64().and_then(|n| u32::try_from(n).ok());
+        let pair = |name: &str| {
+            let numbers = request[name].as_array()?.iter().filter_map(|n| u32::try_from(n.as_u64()?).ok());
+            numbers.collect::<Vec<_>>().try_into().ok().map(|[a, b]: [u32; 2]| (a, b))
+        };
+        args.path = request["scene"].as_str().map(PathBuf::from);
+        args.overrides = Overrides {
+            size: pair("size"),
+            channels: number("channels"),
+            max_depth: number("max_depth"),
+            allow_outside: request["allow_outside"].as_bool().unwrap_or(false),
+        };
+        args.checkpoint.share = pair("share").map(|(number, of)| Share { number, of });
+        args.seed = request["seed"].as_u64().unwrap_or(0);
+        args.techniques = device::TechniqueArgs::of_json(&request["techniques"]);
+        args.device = args.device.or_else(|| request["device"].as_str().map(str::to_string));
+        if args.aov.is_empty() {
+            let names = request["aov"].as_array().into_iter().flatten().filter_map(Value::as_str);
+            args.aov = names.filter_map(|name| Aov::from_str(name, false).ok()).collect();
+        }
+        if let StopArgs { spp: None, time: None, error: None } = args.stop {
+            let time = request["seconds"].as_f64().and_then(|s| Duration::try_from_secs_f64(s).ok());
+            args.stop = StopArgs { spp: number("spp"), time, error: request["error"].as_f64() };
+        }
+        Ok(args)
+    }
+}
+
+/// Whether a path is named as an EXR.
+pub fn is_exr(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+}
+
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    let (exr, png) = output_paths(args)?;
+    let args = &args.completed()?;
+    let path = args.path.as_deref().unwrap_or(Path::new(""));
+    let (exr, png) = output_paths(args, path)?;
     let talkative = !args.quiet && !args.json;
     memory::limit(args.max_memory);
     let stages = Stages::show(!talkative);
-    let scene = args.scene.overrides.load(&args.scene.path)?;
+    let scene = args.overrides.load(path)?;
     let bins = &scene.film.bins;
     let png = is_visible(bins.min_nm, bins.max_nm).then_some(png);
     // Before the work, not after it.
@@ -123,7 +206,8 @@ pub fn run(args: &Args) -> Outcome {
         });
     }
     let setup = Instant::now();
-    let mut film = Film::try_new(&scene.film)?;
+    let share = args.checkpoint.share.unwrap_or(Share::WHOLE);
+    let mut rendering = Rendering::of_share(Film::try_new(&scene.film)?, share);
     let mut device = device::open(&scene, args.device.as_deref(), args.seed, &args.techniques)?;
     let setup = setup.elapsed();
     drop(stages);
@@ -133,40 +217,43 @@ pub fn run(args: &Args) -> Outcome {
     let wants_aovs = args.aov.iter().any(|aov| *aov != Aov::Error);
     let aovs = wants_aovs.then(|| device.integrator.aovs(&albedos(&scene), 0, AOV_SAMPLES)).transpose()?;
 
+    let identity = checkpoint::identity(&scene, args.seed, &args.techniques, &device.name);
+    let mut keeper = Keeper::new(&exr, &args.checkpoint, &scene, identity, args.request(path))?;
+    let integrator = device.integrator.as_mut();
+    keeper.resume(&mut Checkpointable { rendering: &mut rendering, integrator })?;
+    let mut stats = rendering.stats;
+
     interrupt::heed();
     let bar = Bar::new(args.quiet);
     let log = (!args.quiet && !stderr().is_terminal()).then(|| Log::start(&device.integrator.describe()));
-    let (start, mut stats) = (Instant::now(), BatchStats::default());
-    let rendered = render(device.integrator.as_mut(), &mut film, &args.stop.into(), &mut |p, _| {
+    let rendered = rendering.render(device.integrator.as_mut(), &args.stop.into(), &mut |p, state| {
         bar.update(p);
         log.iter().for_each(|log| log.update(p));
         stats = p.stats;
+        // A full disk is no reason to stop: room may be made before the end.
+        keeper.after_batch(state).unwrap_or_else(|e| note(&format!("warning: {}", e)));
         if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
-    let seconds = start.elapsed().as_secs_f64();
     bar.clear();
     drop(log);
+    let is_done = matches!(&rendered, Ok(Summary { ended, .. }) if *ended != Ended::Interrupted);
+    let mut state = Checkpointable { rendering: &mut rendering, integrator: device.integrator.as_mut() };
+    if !is_done && state.rendering.batches > 0 {
+        // Before all else: it is the best of what there is.
+        match keeper.leave(&mut state) {
+            Ok(Some(path)) if !args.quiet => {
+                let again = format!("abbe render --resume {}", exr.display());
+                note(&format!("wrote {}: '{again}' goes on", path.display()));
+            }
+            Ok(_) => {}
+            Err(e) => note(&format!("warning: {}", e)),
+        }
+    }
+    let seconds = rendering.elapsed.as_secs_f64();
+    let film = &rendering.film;
 
     // A device may fail after hours: what it had done is written before its error is passed on.
     if film.batches() > 0 {
-        let xyz = film.xyz_image();
-        let auto = || if png.is_some() { auto_exposure(&xyz, Observer::Cie1931, AUTO_SHARE) } else { 0.0 };
-        let exposure = scene.film.exposure.unwrap_or_else(auto);
-        // As the file holds it, so that the picture can be made again from the file.
-        let exposure = f64::from(exposure as f32);
-        let irradiance = sensor_area(&scene.sensor).is_some();
-        let scene_name = scene.name.clone();
-        let origin = Provenance {
-            scene: scene_name,
-            scene_hash: format!("fnv1a64:{:016x}", scene.source_hash),
-            max_depth: scene.max_depth,
-            device: device.name.clone(),
-            seed: args.seed,
-            seconds,
-            stats,
-            exposure: Some(exposure),
-            irradiance,
-        };
         let aovs_for = |aov| aovs.as_ref().filter(|_| args.aov.contains(&aov));
         let aovs = Aovs {
             errors: args.aov.contains(&Aov::Error),
@@ -174,11 +261,18 @@ pub fn run(args: &Args) -> Outcome {
             normal: aovs_for(Aov::Normal),
             albedo: aovs_for(Aov::Albedo),
         };
-        write_exr(&exr, &film, &origin, aovs)?;
-        let development = Development { exposure, ..Development::default() };
-        if let Some(png) = &png {
-            write_picture(png, &xyz, scene.film.width as usize, &development, Precision::default(), None)?;
-        }
+        let origin = Provenance {
+            scene: scene.name.clone(),
+            scene_hash: format!("fnv1a64:{:016x}", scene.source_hash),
+            max_depth: scene.max_depth,
+            device: device.name.clone(),
+            seed: args.seed,
+            seconds,
+            stats,
+            exposure: scene.film.exposure,
+            irradiance: sensor_area(&scene.sensor).is_some(),
+        };
+        write_files(&exr, png.as_deref(), film, origin, aovs)?;
     }
     if let (Err(failure), false) = (&rendered, args.quiet) {
         note(&match (film.batches(), failure) {
@@ -192,7 +286,7 @@ pub fn run(args: &Args) -> Outcome {
     }
     let report = Report {
         scene: &scene,
-        film: &film,
+        film,
         warnings: &warnings,
         summary: &rendered?,
         device: &device,
@@ -204,6 +298,9 @@ pub fn run(args: &Args) -> Outcome {
         out(&report.json().to_string());
     } else if talkative {
         out(&report.text());
+    }
+    if is_done {
+        keeper.finish(&mut Checkpointable { rendering: &mut rendering, integrator: device.integrator.as_mut() })?;
     }
     Ok(if interrupt::requested() { Done::Interrupted } else { Done::Completely })
 }
@@ -217,19 +314,33 @@ fn warnings(scene: &Scene, args: &Args) -> Vec<String> {
     warnings
 }
 
-fn output_paths(args: &Args) -> Result<(PathBuf, PathBuf)> {
+/// Writes a film as a spectral EXR and, where it is visible, a picture, at the exposure given or that of the picture itself.
+pub fn write_files(exr: &Path, png: Option<&Path>, film: &Film, mut origin: Provenance, aovs: Aovs<'_>) -> Result<()> {
+    let xyz = film.xyz_image();
+    let auto = || if png.is_some() { auto_exposure(&xyz, Observer::Cie1931, AUTO_SHARE) } else { 0.0 };
+    // As the file holds it, so that the picture can be made again from the file.
+    let exposure = f64::from(origin.exposure.unwrap_or_else(auto) as f32);
+    origin.exposure = Some(exposure);
+    write_exr(exr, film, &origin, aovs)?;
+    if let Some(png) = png {
+        let development = Development { exposure, ..Development::default() };
+        write_picture(png, &xyz, film.settings().width as usize, &development, Precision::default(), None)?;
+    }
+    Ok(())
+}
+
+fn output_paths(args: &Args, scene: &Path) -> Result<(PathBuf, PathBuf)> {
     let exr = match &args.output {
         Some(path) => path.clone(),
         None => {
-            let stem = args.scene.path.file_stem();
-            let stem =
-                stem.ok_or_else(|| Error::file(&args.scene.path, "this names no file", "give the path of a scene file"))?;
+            let stem = scene.file_stem();
+            let stem = stem.ok_or_else(|| Error::file(scene, "this names no file", "give the path of a scene file"))?;
             let mut name = stem.to_os_string();
             name.push(".exr");
             PathBuf::from(name)
         }
     };
-    if exr.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
+    if !is_exr(&exr) {
         return Err(Error::usage(
             format!("-o {} does not end in .exr", exr.display()),
             "name the spectral EXR; the .png goes beside it",

@@ -18,6 +18,7 @@
 
 pub mod aov;
 mod errors;
+mod merge;
 mod whole;
 
 pub use errors::Errors;
@@ -25,6 +26,8 @@ pub use errors::Errors;
 use crate::color::cie::is_visible;
 use crate::error::{Error, Result};
 use crate::scene::FilmSettings;
+use crate::state::{Persistent, State};
+use std::io;
 use whole::Whole;
 
 /// A rectangle of pixels; `x` to the right and `y` downwards from the upper left corner of the film.
@@ -289,6 +292,18 @@ impl Film {
             sums.iter_mut().for_each(|sum| *sum /= f64::from(count));
         }
         sums
+    }
+}
+
+impl Persistent for Film {
+    /// The settings are the request's.
+    fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
+        let Film { settings: _, channels: _, mean, deviation, weight, batches, whole } = self;
+        state.slice(mean)?;
+        state.slice(deviation)?;
+        state.slice(weight)?;
+        state.slice(batches)?;
+        whole.persist(state)
     }
 }
 

@@ -2,6 +2,8 @@
 //! renders do; batches are therefore taken together in groups, ever larger ones, which hold more and more whole turns of the wavelengths.
 
 use super::update;
+use crate::state::{Persistent, State, invalid};
+use std::io;
 
 /// Groups are merged in pairs when there are so many; half of them still make a good error.
 const GROUPS: usize = 32;
@@ -42,11 +44,7 @@ impl Whole {
     pub(super) fn finish_batch(&mut self, w: f64) {
         let is_full = self.groups.last().is_none_or(|group| group.batches == self.size);
         if is_full && self.groups.len() == GROUPS {
-            for pair in 0..GROUPS / 2 {
-                let second = self.groups.remove(pair + 1);
-                self.groups[pair].add(&second.mean, second.weight, second.batches);
-            }
-            self.size *= 2;
+            self.halve();
         }
         if is_full {
             self.groups.push(Group { mean: vec![0.0; self.sums.len()], ..Group::default() });
@@ -58,6 +56,24 @@ impl Whole {
         }
         self.sums.fill(0.0);
         self.pixels = 0;
+    }
+
+    /// Makes one group of every two in a row.
+    fn halve(&mut self) {
+        for pair in 0..self.groups.len() / 2 {
+            let second = self.groups.remove(pair + 1);
+            self.groups[pair].add(&second.mean, second.weight, second.batches);
+        }
+        self.size *= 2;
+    }
+
+    /// Takes over the groups of other batches.
+    pub(super) fn append(&mut self, other: &Whole) {
+        self.groups.extend(other.groups.iter().cloned());
+        self.size = self.size.max(other.size);
+        while self.groups.len() > GROUPS {
+            self.halve();
+        }
     }
 
     /// Groups of batches that errors come from.
@@ -76,5 +92,30 @@ impl Whole {
             deviation += update(&mut mean, group.mean[channel], group.weight, group.weight / weight);
         }
         (deviation / ((self.groups.len() - 1) as f64 * weight)).sqrt()
+    }
+}
+
+impl Persistent for Group {
+    fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
+        let Group { batches, weight, mean } = self;
+        state.value(batches)?;
+        state.value(weight)?;
+        state.slice(mean)
+    }
+}
+
+impl Persistent for Whole {
+    fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
+        let Whole { sums, pixels, groups, size } = self;
+        state.slice(sums)?;
+        state.size(pixels)?;
+        state.value(size)?;
+        let mut count = groups.len();
+        state.size(&mut count)?;
+        if count > GROUPS {
+            return Err(invalid(format!("{count} groups of batches")));
+        }
+        groups.resize(count, Group { mean: vec![0.0; sums.len()], ..Group::default() });
+        groups.iter_mut().try_for_each(|group| group.persist(state))
     }
 }

@@ -7,9 +7,13 @@ use super::sample_counts::MOST;
 use crate::color::cie::is_visible;
 use crate::film::{Film, Tile};
 use crate::scene::{Bins, FilmSettings};
+use crate::state::{Persistent, State};
+use std::io;
 
 /// Batches after which rates are settled anew: two differences of two.
 const BATCHES: u32 = 4;
+/// Fewest samples of a batch that blocks share out unevenly: each has one at least.
+const LEAST_SHARED: u32 = 4;
 /// Fewest samples of a block, over the mean of all.
 const LEAST: f64 = 0.25;
 
@@ -25,6 +29,8 @@ pub(super) struct Adaptive {
     rates: Vec<f64>,
     /// What camera paths brought to each pixel in the batch before, `[pixel]`, per sample.
     before: Vec<f32>,
+    /// Samples of that batch.
+    spp_before: u32,
     /// Sum over pixels of what they were in the film, and its mean over the film in the last batch.
     total: f64,
     mean: f64,
@@ -45,6 +51,7 @@ impl Adaptive {
             by_luminance: is_visible(min_nm, max_nm),
             rates: vec![1.0; blocks],
             before: vec![0.0; width * height],
+            spp_before: 0,
             total: 0.0,
             mean: 0.0,
             squares: [vec![0.0; blocks], vec![0.0; blocks]],
@@ -59,15 +66,19 @@ impl Adaptive {
         (0..columns * tile.height.div_ceil(8) as usize).map(move |i| (y + i / columns) * across + x + i % columns)
     }
 
-    /// Rates of the blocks of `tile`, row by row.
-    pub(super) fn rates(&self, tile: Tile) -> Vec<f64> {
-        self.blocks(tile).map(|block| self.rates[block]).collect()
+    /// Rates of the blocks of `tile` in a batch of `spp` samples, row by row.
+    pub(super) fn rates(&self, tile: Tile, spp: u32) -> Vec<f64> {
+        self.blocks(tile).map(|block| self.rate(block, spp)).collect()
+    }
+
+    fn rate(&self, block: usize, spp: u32) -> f64 {
+        if spp < LEAST_SHARED { 1.0 } else { self.rates[block] }
     }
 
     /// Takes note of what camera paths alone brought to the pixels of `tile` in this batch, radiance and Y, as sums that stand for `spp` samples each;
     /// `film` has had the batch. To be called for every tile, and then [`Adaptive::settle`].
     pub(super) fn learn(&mut self, tile: Tile, by_camera: &[[f32; 2]], spp: u32, film: &Film) {
-        let is_pair = self.batches % 2 == 1 && self.mean > 0.0;
+        let is_pair = self.batches % 2 == 1 && self.mean > 0.0 && self.spp_before == spp;
         let floor = 0.01 * self.mean * self.mean;
         for (i, [radiance, luminance]) in by_camera.iter().enumerate() {
             let (x, y) = (tile.x as usize + i % tile.width as usize, tile.y as usize + i / tile.width as usize);
@@ -81,8 +92,8 @@ impl Adaptive {
             self.total += known;
             if is_pair {
                 let deviation = f64::from(value) - f64::from(self.before[pixel]);
-                // A batch had so many samples, but for a factor.
-                let squares = self.rates[block] * deviation * deviation / (known * known + floor);
+                let samples = f64::from(spp) * self.rate(block, spp);
+                let squares = samples * deviation * deviation / (known * known + floor);
                 self.squares[self.batches as usize / 2 % 2][block] += squares;
             }
             self.before[pixel] = value;
@@ -90,12 +101,26 @@ impl Adaptive {
     }
 
     /// After every batch: settles rates for the next ones, where there are new pairs of batches.
-    pub(super) fn settle(&mut self) {
+    pub(super) fn settle(&mut self, spp: u32) {
+        self.spp_before = spp;
         self.mean = std::mem::take(&mut self.total) / self.before.len() as f64;
         self.batches += 1;
         if self.batches.is_multiple_of(BATCHES) {
             self.rates = rates(&self.squares);
         }
+    }
+}
+
+impl Persistent for Adaptive {
+    fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
+        let Adaptive { across: _, width: _, by_luminance: _, rates, before, spp_before, total, mean, squares, batches } = self;
+        state.slice(rates)?;
+        state.slice(before)?;
+        state.value(spp_before)?;
+        state.value(total)?;
+        state.value(mean)?;
+        squares.iter_mut().try_for_each(|squares| state.slice(squares))?;
+        state.value(batches)
     }
 }
 
@@ -165,7 +190,7 @@ mod tests {
         let (mut adaptive, mut film) = (Adaptive::new(&settings), Film::new(&settings));
         let tiles = [Tile { x: 0, y: 0, width: 16, height: 8 }, Tile { x: 0, y: 8, width: 16, height: 12 }];
         for batch in 0..4 {
-            assert!(tiles.iter().all(|&tile| adaptive.rates(tile).iter().all(|&rate| rate == 1.0)));
+            assert!(tiles.iter().all(|&tile| adaptive.rates(tile, 4).iter().all(|&rate| rate == 1.0)));
             for tile in tiles {
                 // Pixels at (8, 8) and beyond, but not those of the last rows, are 1 and 3 in turns, the others always 2.
                 let value = |i: u32| {
@@ -178,9 +203,9 @@ mod tests {
                 let by_camera: Vec<[f32; 2]> = values.iter().map(|v| [2.0 * v, 4.0 * v]).collect();
                 adaptive.learn(tile, &by_camera, 4, &film);
             }
-            adaptive.settle();
+            adaptive.settle(4);
         }
-        let rates: Vec<f64> = tiles.iter().flat_map(|&tile| adaptive.rates(tile)).collect();
+        let rates: Vec<f64> = tiles.iter().flat_map(|&tile| adaptive.rates(tile, 4)).collect();
         assert_eq!(rates.len(), 6);
         assert!(rates[3] > 3.0, "{rates:?}");
         assert!(rates.iter().enumerate().all(|(block, &rate)| block == 3 || rate < 0.6), "{rates:?}");

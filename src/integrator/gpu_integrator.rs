@@ -4,6 +4,7 @@ use super::adaptive::Adaptive;
 use super::budget::Budget;
 use super::dispatch::{Job, Pass, least_groups};
 use super::guide::Guide;
+use super::learned::Learned;
 use super::merge::{self, Merge};
 use super::params::params;
 use super::probe::probed;
@@ -17,14 +18,16 @@ use crate::film::{Film, Tile};
 use crate::gpu::layout::{COUNTERS, Params, PassHead, WorkItem, XYZ_RATIO, texels};
 use crate::gpu::scene::GpuScene;
 use crate::gpu::{AdapterInfo, Gpu, Kernel, Resource, Timer};
-use crate::render::{Halt, Integrator, Renderer};
+use crate::render::{Batch, Halt, Integrator, Renderer};
 use crate::scene::bounds_of_all;
 use crate::scene::{Bins, Scene};
 use crate::spectrum::library::{Observer, observer};
 use crate::stage::{self, Stage};
+use crate::state::{Persistent, State};
 use crate::stats::BatchStats;
 use bytemuck::cast_slice;
 use glam::{UVec4, Vec4};
+use std::io;
 use std::sync::Arc;
 
 /// Most passes of one dispatch.
@@ -59,22 +62,15 @@ pub struct GpuIntegrator {
     counters: Resource,
     timer: Option<Timer>,
     samples: Resource,
-    adaptive: Option<Adaptive>,
+    pub(super) learned: Learned,
     /// Sums of the tile at hand, cleared whenever they are read.
     film: Resource,
     splats: Option<Resource>,
     merge: Option<Merge>,
-    pub(super) guide: Option<Guide>,
-    budget: Option<Budget>,
-    is_probed: bool,
     /// Most passes of one dispatch.
     passes: u32,
     /// Bounds of `most_samples`: however long paths are, and at all.
     sample_bounds: (u32, u32),
-    /// Most samples that an invocation takes, of one pixel or several.
-    most_samples: u32,
-    /// How many may be, by what is known from this batch.
-    fitting: u32,
     /// Samples of 8 x 8 pixels that there is room for in `samples`.
     sample_places: u32,
     halt: Halt,
@@ -166,17 +162,12 @@ impl GpuIntegrator {
             counters,
             timer: None,
             samples,
-            adaptive,
+            learned: Learned::new(guide, adaptive, passes),
             film,
             splats,
             merge,
-            guide,
-            budget: None,
-            is_probed: false,
             passes,
             sample_bounds: (passes, MOST_SAMPLES),
-            most_samples: passes,
-            fitting: u32::MAX,
             sample_places,
             halt: Halt::default(),
         })
@@ -191,7 +182,7 @@ impl GpuIntegrator {
     /// Splits every pass into dispatches of at most `groups` workgroups (at least one), each of a single unit. What is computed does not depend on it.
     pub fn limit_dispatches(&mut self, groups: u32) {
         self.sample_bounds = (1, 1);
-        self.most_samples = 1;
+        self.learned.most_samples = 1;
         for pass in std::iter::once(&mut self.camera).chain(&mut self.light) {
             pass.limit = pass.limit.min(groups.max(1));
             pass.groups = pass.groups.min(pass.limit);
@@ -282,10 +273,11 @@ impl GpuIntegrator {
         let channels = self.plan.bins as usize + 3;
         let values = tile.width as usize * tile.height as usize * channels;
         let bytes = |values: usize| 8 * values as u64;
-        self.guide.iter().for_each(|g| self.gpu.write(&g.guiding_samples, &[0u32; 4]));
-        let guide = self.guide.as_ref().map(|g| self.gpu.table("guide of light paths", &g.table(self.pixels()))).transpose()?;
+        self.learned.guide.iter().for_each(|g| self.gpu.write(&g.guiding_samples, &[0u32; 4]));
+        let guide =
+            self.learned.guide.as_ref().map(|g| self.gpu.table("guide of light paths", &g.table(self.pixels()))).transpose()?;
         let light_paths = f64::from(self.params.light_paths) * f64::from(passes.count);
-        let (guiding_sample_rate, guiding_sample_room) = self.guide.as_mut().map_or((0.0, 0), |g| g.expect(light_paths));
+        let (guiding_sample_rate, guiding_sample_room) = self.learned.guide.as_mut().map_or((0.0, 0), |g| g.expect(light_paths));
         let mut stats = BatchStats::default();
         let mut parts = Parts::default();
         let mut summed = 0;
@@ -294,7 +286,7 @@ impl GpuIntegrator {
         for (first, window) in self.windows(passes, rates) {
             let count = window.passes;
             stats.paths += window.paths(tile.width, tile.height);
-            let groups = window.groups((window.samples / least_groups).min(self.most_samples));
+            let groups = window.groups((window.samples / least_groups).min(self.learned.most_samples));
             let work = self.gpu.table("work items", &[cast_slice::<_, u32>(&window.items), cast_slice(&groups)].concat())?;
             let (table, wavelength_bins) = self.spectra(passes.number + u64::from(first), count);
             let spectra = self.gpu.table("spectra", &table)?;
@@ -310,7 +302,7 @@ impl GpuIntegrator {
             resources.extend([("spectra", &spectra), ("wavelength_bins", &wavelength_bins)]);
             resources.extend(self.splats.iter().map(|s| ("splats", s)));
             resources.extend(guide.iter().map(|g| ("guide", g)));
-            resources.extend(self.guide.iter().map(|g| ("guiding_samples", &g.guiding_samples)));
+            resources.extend(self.learned.guide.iter().map(|g| ("guiding_samples", &g.guiding_samples)));
             if let Some(merge) = &self.merge {
                 self.gpu.clear(&merge.heads);
                 resources.extend([("points", &merge.points), ("heads", &merge.heads)]);
@@ -323,7 +315,7 @@ impl GpuIntegrator {
                 first_sample: first,
                 samples: count,
                 first_work_group: window.items.len() as u32 * texels::<WorkItem>(),
-                light_units: count * (light_units / least_groups).min(self.most_samples / count).max(1),
+                light_units: count * (light_units / least_groups).min(self.learned.most_samples / count).max(1),
                 batch: passes.batch,
                 seed: self.seed,
                 guiding_sample_rate,
@@ -334,14 +326,15 @@ impl GpuIntegrator {
             let (gpu, halt) = (&self.gpu, &self.halt);
             let job = Job { gpu, halt, timer, uniforms: &self.uniforms, counters: &self.counters, resources: &resources, params };
             // A group has one unit at least, of a sample in every pass at most.
-            let limit = self.sample_places / self.most_samples.max(count);
+            let limit = self.sample_places / self.learned.most_samples.max(count);
             let (camera, camera_counts, camera_time) = job.run(&mut self.camera, groups.len() as u32, limit)?;
-            self.fitting = self.fitting.min(fitting(groups.iter().map(|g| g.samples).max().unwrap_or(1), camera.most_rays));
+            self.learned.fitting =
+                self.learned.fitting.min(fitting(groups.iter().map(|g| g.samples).max().unwrap_or(1), camera.most_rays));
             stats += BatchStats { camera_rays: camera.rays, camera_time, camera_counts, ..camera };
             if let Some(light) = &mut self.light {
                 let groups = (light_units * count).div_ceil(params.light_units);
                 let (light, light_counts, light_time) = job.run(light, groups, u32::MAX)?;
-                self.fitting = self.fitting.min(fitting(params.light_units, light.most_rays));
+                self.learned.fitting = self.learned.fitting.min(fitting(params.light_units, light.most_rays));
                 let light_paths = u64::from(params.light_paths) * u64::from(count);
                 stats += BatchStats { light_paths, light_time, light_counts, ..light };
             }
@@ -370,7 +363,7 @@ impl GpuIntegrator {
             })?;
             self.gpu.clear(splats);
         }
-        if let Some(guide) = &mut self.guide {
+        if let Some(guide) = &mut self.learned.guide {
             guide.learn(&self.gpu, light_paths)?;
             guide.see((self.params.image_width, self.params.image_height), tile, &sums, channels, passes.count);
         }
@@ -419,7 +412,7 @@ impl GpuIntegrator {
 
     pub(super) fn set_budget(&mut self, budget: Budget) {
         self.params.light_paths = (self.pixels() * budget.light_paths).round().max(1.0) as u32;
-        self.budget = Some(budget);
+        self.learned.budget = Some(budget);
     }
 
     /// Has so many light paths go with each camera path, instead of what a probe finds best.
@@ -429,7 +422,7 @@ impl GpuIntegrator {
 
     /// How the work is split, once it is known.
     pub fn budget(&self) -> Option<Budget> {
-        self.budget
+        self.learned.budget
     }
 }
 
@@ -452,24 +445,22 @@ pub(super) struct TileSums {
 }
 
 impl GpuIntegrator {
-    /// [`Integrator::render_batch`], unguarded.
-    fn batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats> {
-        let mut stats = BatchStats::default();
-        if !std::mem::replace(&mut self.is_probed, true) {
-            self.probe()?;
+    /// [`Integrator::render_batch`], unguarded. Its state changes at a tile's end alone.
+    fn batch(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats> {
+        let Batch { index, first_pass, spp } = batch;
+        if self.learned.tiles_done == 0 {
+            self.probe(index)?;
         }
-        for tile in self.tiles() {
-            let rates = self.adaptive.as_ref().map_or_else(|| even_rates(tile), |a| a.rates(tile));
-            let passes = Passes { batch: index, number: u64::from(index) * u64::from(spp), count: spp };
+        for tile in self.tiles().into_iter().skip(self.learned.tiles_done) {
+            let rates = self.learned.adaptive.as_ref().map_or_else(|| even_rates(tile), |a| a.rates(tile, spp));
+            let passes = Passes { batch: index, number: first_pass, count: spp };
             let traced = self.trace(tile, passes, &rates)?;
             film.add_batch(tile, &traced.sums, spp);
-            self.adaptive.iter_mut().for_each(|a| a.learn(tile, &traced.by_camera, spp, film));
-            stats += traced.stats;
+            self.learned.adaptive.iter_mut().for_each(|a| a.learn(tile, &traced.by_camera, spp, film));
+            self.learned.stats += traced.stats;
+            self.learned.tiles_done += 1;
         }
-        self.adaptive.iter_mut().for_each(Adaptive::settle);
-        let (least, most) = self.sample_bounds;
-        self.most_samples = std::mem::replace(&mut self.fitting, u32::MAX).clamp(least, most.max(least));
-        Ok(stats)
+        Ok(self.learned.finish_batch(spp, self.sample_bounds))
     }
 
     /// [`Renderer::aovs`], unguarded.
@@ -488,9 +479,17 @@ impl GpuIntegrator {
 }
 
 impl Integrator for GpuIntegrator {
-    fn render_batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats> {
+    fn render_batch(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats> {
         let faults = self.gpu.faults.clone();
-        faults.guard(|| self.batch(index, spp, film))
+        faults.guard(|| self.batch(batch, film))
+    }
+
+    fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
+        self.learned.persist(state)?;
+        if let Some(budget) = self.learned.budget {
+            self.set_budget(budget);
+        }
+        Ok(())
     }
 
     fn heed(&mut self, halt: &Halt) {
@@ -500,7 +499,7 @@ impl Integrator for GpuIntegrator {
 
 impl Renderer for GpuIntegrator {
     fn describe(&self) -> String {
-        match self.budget {
+        match self.learned.budget {
             Some(budget) => format!("{}  budget: {budget}\n", self.plan),
             None => self.plan.to_string(),
         }

@@ -9,8 +9,11 @@
 use crate::error::Result;
 use crate::film::Tile;
 use crate::gpu::{Gpu, Resource};
+use crate::state::{Persistent, State, invalid};
+use bytemuck::{Pod, Zeroable};
 use glam::UVec4;
 use rayon::slice::ParallelSliceMut;
+use std::io;
 
 /// Dimensions: a point on the light (2), a direction (2), the choice of a light, that of the wavelength kept where they part.
 pub(super) const AXES: usize = 6;
@@ -34,7 +37,8 @@ const MOST_HALVINGS: u32 = 16;
 const WORTHWHILE: f64 = 0.95;
 
 /// A useful path: numbers, and its share in the integral of squared contribution.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
 struct GuidingSample {
     at: [f32; AXES],
     weight: f64,
@@ -112,13 +116,16 @@ impl Guide {
     /// Takes in what `paths` light paths reported. All of it is forgotten if there was not room for it: what was left out depends on chance.
     pub fn learn(&mut self, gpu: &Gpu, paths: f64) -> Result<()> {
         let count = gpu.read::<u32>(&self.guiding_samples, 4)?[0] as usize;
+        let is_complete = (1..=ROOM).contains(&count);
+        // All that can fail comes first: the state changes as a whole or not at all.
+        let mut words: Vec<u32> =
+            if is_complete { gpu.read(&self.guiding_samples, (1 + 2 * count as u64) * 16)? } else { Vec::new() };
         // One more, so that it is never zero.
         self.share = (count as f64 + 1.0) / (self.reporting * paths);
         self.squares = 0.0;
-        if count > ROOM || count == 0 {
+        if !is_complete {
             return Ok(());
         }
-        let mut words: Vec<u32> = gpu.read(&self.guiding_samples, (1 + 2 * count as u64) * 16)?;
         bytemuck::cast_slice_mut::<u32, [u32; 8]>(&mut words[4..]).par_sort_unstable();
         let records: &[[f32; 8]] = bytemuck::cast_slice(&words[4..]);
         // Share in the integral, over the probability of having been reported.
@@ -261,6 +268,37 @@ impl Guide {
         // Always of one size: software drivers compile kernels anew for textures of another shape.
         table.resize(ROOT + NODES, UVec4::ZERO);
         table
+    }
+}
+
+impl Persistent for Guide {
+    fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
+        let Guide { nodes, samples, grown_from, share, reporting, squares, axes: _, aims: _, brightness, guiding_samples: _ } =
+            self;
+        let mut axes: Vec<u32> = nodes.iter().map(|node| node.axis as u32).collect();
+        let mut firsts: Vec<u32> = nodes.iter().map(|node| node.first as u32).collect();
+        let mut shares: Vec<f64> = nodes.iter().map(|node| node.share).collect();
+        state.list(&mut axes)?;
+        state.list(&mut firsts)?;
+        state.list(&mut shares)?;
+        let (count, is_tree) = (axes.len(), (1..=NODES).contains(&axes.len()));
+        let is_node =
+            |(&axis, &first): (&u32, &u32)| axis as usize == AXES || (axis as usize) < AXES && first as usize + 1 < count;
+        if !is_tree || firsts.len() != count || shares.len() != count || !axes.iter().zip(&firsts).all(is_node) {
+            return Err(invalid(format!("a guide of {count} nodes that is no tree")));
+        }
+        let node =
+            |((axis, first), share): ((&u32, &u32), &f64)| Node { axis: *axis as usize, first: *first as usize, share: *share };
+        *nodes = axes.iter().zip(&firsts).zip(&shares).map(node).collect();
+        state.list(samples)?;
+        state.size(grown_from)?;
+        state.value(share)?;
+        state.value(reporting)?;
+        state.value(squares)?;
+        let mut blocks: Vec<[f64; 2]> = brightness.iter().map(|b| [b.0, b.1]).collect();
+        state.slice(&mut blocks)?;
+        *brightness = blocks.iter().map(|b| (b[0], b[1])).collect();
+        Ok(())
     }
 }
 

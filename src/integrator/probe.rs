@@ -4,58 +4,92 @@ use super::GpuIntegrator;
 use super::budget::{Budget, Probe};
 use super::gpu_integrator::{Passes, even_rates};
 use super::params::coarser;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::layout::Params;
+use crate::state::{Persistent, State};
 use crate::stats::BatchStats;
+use std::io;
 
-/// Samples of all pixels together that a probe takes, and in how many rounds; the picture has fewer pixels for it, if it has to.
-const SAMPLES: f64 = (1 << 19) as f64;
+/// Probes: before which batch (or the first one after it), and samples of all pixels together. A short one, so that the first picture comes soon, and a
+/// long one when it is known that it pays.
+const PROBES: [(u32, f64); 2] = [(0, (1 << 16) as f64), (4, (1 << 19) as f64)];
+/// In how many rounds; the picture has fewer pixels for it, if it has to.
 const ROUNDS: (f64, f64) = (4.0, 12.0);
+/// Probes have the last numbers of batches, each so many.
+const NUMBERS: u32 = 16;
 
-/// What a probe renders of the picture.
+/// What the largest probe renders of the picture.
 pub(super) fn probed(picture: &Params) -> Params {
-    coarser(picture, SAMPLES / ROUNDS.0)
+    extent(picture, PROBES[1].1).0
+}
+
+/// What a probe of so many samples renders of the picture, and in how many rounds.
+fn extent(picture: &Params, samples: f64) -> (Params, u32) {
+    let part = coarser(picture, samples / ROUNDS.0);
+    let pixels = f64::from(part.image_width) * f64::from(part.image_height);
+    (part, (samples / pixels).clamp(ROUNDS.0, ROUNDS.1) as u32)
+}
+
+fn unexpected(e: io::Error) -> Error {
+    Error::device(format!("the guide of light paths cannot be copied: {e}"), "report this")
 }
 
 impl GpuIntegrator {
     /// Learns where light paths are of use, and how many are best, from a few passes that the film never sees: what they find before that is mostly noise.
-    pub(super) fn probe(&mut self) -> Result<()> {
-        if self.guide.is_none() {
-            return Ok(());
+    pub(super) fn probe(&mut self, batch: u32) -> Result<()> {
+        let due = PROBES.iter().take_while(|(before, _)| *before <= batch).count();
+        let rounds_of = |probe: usize| extent(&self.params, PROBES[probe].1).1;
+        // Of a small picture the first one has told as much.
+        let tells_more = |before: usize| before == 0 || rounds_of(due - 1) > rounds_of(before - 1);
+        if due > self.learned.probes
+            && tells_more(self.learned.probes)
+            && let Some(guide) = &mut self.learned.guide
+        {
+            let mut before = Vec::new();
+            guide.persist(&mut State::saving(&mut before)).map_err(unexpected)?;
+            let picture = self.params;
+            let (part, rounds) = extent(&picture, PROBES[due - 1].1);
+            self.params = part;
+            let probe = self.probe_rounds(rounds, u32::MAX - due as u32 * NUMBERS);
+            self.params = picture;
+            let mut probe = match (probe, &mut self.learned.guide) {
+                (Err(error), Some(guide)) => {
+                    // The state changes as a whole or not at all.
+                    guide.persist(&mut State::restoring(&mut before.as_slice())).map_err(unexpected)?;
+                    return Err(error);
+                }
+                (probe, _) => probe?,
+            };
+            // Light paths are traced for every tile.
+            probe.light_rays *= self.tile_count() as f64;
+            // One that was told stays.
+            if self.budget().is_none_or(|budget| budget.probe.is_some()) {
+                self.set_budget(Budget::from_probe(probe, self.plan.has(super::Feature::Merging)));
+            }
         }
-        let picture = self.params;
-        self.params = probed(&picture);
-        let probe = self.probe_rounds();
-        self.params = picture;
-        let mut probe = probe?;
-        // Light paths are traced for every tile.
-        probe.light_rays *= self.tile_count() as f64;
-        if self.budget().is_none() {
-            self.set_budget(Budget::from_probe(probe, self.plan.has(super::Feature::Merging)));
-        }
+        self.learned.probes = due;
         Ok(())
     }
 
-    fn probe_rounds(&mut self) -> Result<Probe> {
-        let rounds = (SAMPLES / self.pixels()).clamp(ROUNDS.0, ROUNDS.1) as u32;
+    fn probe_rounds(&mut self, rounds: u32, first_batch: u32) -> Result<Probe> {
         let mut last: Vec<f32> = Vec::new();
         let mut sum = Probe { camera_variance: 0.0, light_variance: 0.0, camera_rays: 0.0, light_rays: 0.0 };
         for round in 0..rounds {
             let mut picture = vec![0.0; self.pixels() as usize];
             let (mut squares, mut stats) = (0.0, BatchStats::default());
             for tile in self.tiles() {
-                let passes = Passes { batch: u32::MAX - round, number: u64::from(round), count: 1 };
+                let passes = Passes { batch: first_batch + round, number: u64::from(round), count: 1 };
                 let traced = self.trace(tile, passes, &even_rates(tile))?;
                 for (i, [radiance, _]) in traced.by_camera.iter().enumerate() {
                     let (x, y) = (tile.x + i as u32 % tile.width, tile.y + i as u32 / tile.width);
                     picture[(y * self.params.image_width + x) as usize] = *radiance;
                 }
-                squares += self.guide.as_ref().map_or(0.0, |g| g.squares);
+                squares += self.learned.guide.as_ref().map_or(0.0, |g| g.squares);
                 stats += traced.stats;
             }
             // The tree is of some use from the second half on.
             if 2 * round >= rounds
-                && let Some(guide) = &self.guide
+                && let Some(guide) = &self.learned.guide
             {
                 sum.camera_variance += guide.relative_variance(self.params.image_width, &picture, &last);
                 sum.light_variance += squares;

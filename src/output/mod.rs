@@ -1,7 +1,7 @@
 //! What leaves the program: spectral EXR, pictures, plots, and the files' safe replacement; and spectral EXRs read back.
 
 mod bands;
-
+mod checkpoint;
 pub mod exr;
 mod exr_pixels;
 mod exr_read;
@@ -10,6 +10,7 @@ mod icc;
 pub mod picture;
 
 pub use bands::{Band, Bands};
+pub use checkpoint::{Checkpoint, write_checkpoint};
 pub use exr::{Provenance, write_exr};
 pub use exr_read::{Quantity, SpectralImage};
 pub use picture::{write_picture, write_rgb};

@@ -28,7 +28,7 @@ use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::aov::{Albedo, AovBuffers};
 use crate::geometry::world::{Ray, World};
-use crate::render::{Halt, Integrator, Renderer};
+use crate::render::{Batch, Halt, Integrator, Renderer};
 use crate::scene::{Estimator, Grain, Scene, Sensor, WavelengthSampling, inside};
 use crate::spectrum::library::{self, Cmf, Observer};
 use crate::stats::BatchStats;
@@ -126,8 +126,8 @@ impl ReferenceIntegrator {
 }
 
 impl Integrator for ReferenceIntegrator {
-    fn render_batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats> {
-        let stage = &self.stage;
+    fn render_batch(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats> {
+        let (stage, Batch { index, spp, .. }) = (&self.stage, batch);
         let channels = stage.scene.film.bins.count as usize + 3;
         let mut sums = vec![0.0; stage.pixels() * channels];
         let stats = match self.estimator {

@@ -141,7 +141,7 @@ impl View {
         (0..BATCHES)
             .map(|index| {
                 let mut film = Film::new(&scene.film);
-                *stats += renderer.render_batch(index, spp, &mut film)?;
+                *stats += renderer.render_batch(crate::render::Batch::even(index, spp), &mut film)?;
                 Ok(film)
             })
             .collect()

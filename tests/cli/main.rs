@@ -3,6 +3,8 @@
 
 mod bench;
 mod check;
+#[cfg(unix)]
+mod checkpoint;
 mod compare;
 mod develop;
 mod exr;

@@ -50,7 +50,7 @@ fn any_of_three_signals_has_what_is_done_written() {
         render.signal(name);
         let (status, stdout, stderr) = render.end();
         assert_eq!(status.code(), Some(code), "{name}: {stderr}");
-        assert_eq!(folder.names(), ["ball.exr", "ball.json", "ball.png"]);
+        assert_eq!(folder.names(), ["ball.checkpoint", "ball.exr", "ball.json", "ball.png"]);
         let image = SpectralImage::read(folder.0.join("ball.exr")).unwrap();
         assert!(image.attribute("abbe.samples").unwrap().parse::<u64>().unwrap() > 0);
         assert!(stdout.contains("interrupted") && stdout.contains("wrote ball.exr and ball.png"), "{stdout}");
@@ -74,8 +74,8 @@ fn hangup_that_was_ignored_at_the_start_stays_ignored() {
 #[test]
 fn a_signal_does_not_wait_for_the_batch_and_without_one_done_nothing_is_written() {
     let folder = Folder::new("first-batch");
-    // Of the largest size, with spectra of the largest size: a batch of minutes.
-    let mut render = Running::start(folder.command(&[&RENDER[..4], &["--spp", "4000000000", "--channels", "400"]].concat()));
+    // A picture of which one sample takes minutes.
+    let mut render = Running::start(folder.command(&[&RENDER[..4], &["--size", "1500x1500"]].concat()));
     render.wait_for("reference: paths from");
     // So that it is at work.
     std::thread::sleep(Duration::from_millis(300));

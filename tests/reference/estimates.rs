@@ -11,7 +11,7 @@ pub fn batches(scene: &Scene, estimator: Estimator, count: u32, spp: u32) -> Vec
     let mut integrator = ReferenceIntegrator::new(scene, estimator, 7).expect("a scene this estimator can see");
     let render = |i| {
         let mut film = Film::new(&scene.film);
-        let stats = integrator.render_batch(i, spp, &mut film).expect("a batch");
+        let stats = integrator.render_batch(abbe::render::Batch::even(i, spp), &mut film).expect("a batch");
         assert_eq!((stats.dropped_not_finite, stats.dropped_negative), (0, 0), "dropped samples");
         (0..film.pixels()).flat_map(|p| film.pixel(p).to_vec()).collect()
     };

@@ -356,7 +356,7 @@ fn what_the_greatest_depth_cuts_is_counted() {
     s.max_depth = 1;
     let mut film = Film::new(&s.film);
     let mut integrator = ReferenceIntegrator::new(&s, Estimator::Backward, 0).expect("a scene");
-    let stats = integrator.render_batch(0, 50, &mut film).expect("a batch");
+    let stats = integrator.render_batch(abbe::render::Batch::even(0, 50), &mut film).expect("a batch");
     assert_eq!(stats.paths, 200);
     assert!(stats.truncated > 50 && stats.truncated < 200, "{stats:?}");
 }
@@ -377,7 +377,10 @@ fn lamps_beyond_single_precision_are_dropped_and_counted() {
         let mut s = room(2, 3);
         s.shapes.iter_mut().filter_map(|shape| shape.emission.as_mut()).for_each(|e| e.radiance = flat(radiance).into());
         let mut film = Film::new(&s.film);
-        let stats = ReferenceIntegrator::new(&s, estimator, 0).expect("a scene").render_batch(0, 20, &mut film).expect("a batch");
+        let stats = ReferenceIntegrator::new(&s, estimator, 0)
+            .expect("a scene")
+            .render_batch(abbe::render::Batch::even(0, 20), &mut film)
+            .expect("a batch");
         let values: Vec<f64> = (0..film.pixels()).flat_map(|p| film.pixel(p).to_vec()).collect();
         assert!(values.iter().all(|v| (*v as f32).is_finite()), "{estimator:?} {radiance}: {values:?}");
         assert!(stats.dropped_saturated + stats.dropped_not_finite > 0, "{estimator:?} {radiance}: {stats:?}");

@@ -161,9 +161,9 @@ fn block_errors_hold_correlated_pixels() {
     /// All pixels of a batch share one random number: averaging over pixels gains nothing.
     struct Flicker(Random);
     impl abbe::render::Integrator for Flicker {
-        fn render_batch(&mut self, _: u32, spp: u32, film: &mut Film) -> abbe::Result<abbe::stats::BatchStats> {
-            let value = self.0.next() * f64::from(spp);
-            film.add_batch_f64(&vec![value; film.pixels() * film.channels()], spp);
+        fn render_batch(&mut self, batch: abbe::render::Batch, film: &mut Film) -> abbe::Result<abbe::stats::BatchStats> {
+            let value = self.0.next() * f64::from(batch.spp);
+            film.add_batch_f64(&vec![value; film.pixels() * film.channels()], batch.spp);
             Ok(Default::default())
         }
     }

@@ -1,7 +1,7 @@
 //! The render loop: when it stops, and in what batches.
 
 use abbe::film::Film;
-use abbe::render::{Ended, Integrator, Progress, Stop, render};
+use abbe::render::{Batch, Ended, Integrator, Progress, Rendering, Share, Stop};
 use abbe::scene::{Bins, FilmSettings, Filter, WavelengthSampling};
 use abbe::stats::BatchStats;
 use abbe::{Error, Result};
@@ -31,7 +31,8 @@ struct Fake {
 }
 
 impl Integrator for Fake {
-    fn render_batch(&mut self, index: u32, spp: u32, film: &mut Film) -> Result<BatchStats> {
+    fn render_batch(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats> {
+        let Batch { index, spp, .. } = batch;
         if self.fails_at == Some(index) {
             return Err(if self.interrupted { Error::Interrupted } else { Error::device("the device is gone", "start again") });
         }
@@ -43,8 +44,15 @@ impl Integrator for Fake {
     }
 }
 
+fn render(fake: &mut Fake, film: &mut Film, stop: &Stop) -> Result<abbe::render::Summary> {
+    let mut rendering = Rendering::new(film.clone());
+    let summary = rendering.render(fake, stop, &mut |_, _| ControlFlow::Continue(()));
+    *film = rendering.film;
+    summary
+}
+
 fn run(fake: &mut Fake, film: &mut Film, stop: Stop) -> abbe::render::Summary {
-    render(fake, film, &stop, &mut |_, _| ControlFlow::Continue(())).unwrap()
+    render(fake, film, &stop).unwrap()
 }
 
 #[test]
@@ -56,6 +64,9 @@ fn samples_come_out_exactly_in_sixteen_batches_or_more() {
         assert_eq!(summary.progress.spp, u64::from(spp));
         assert_eq!(summary.ended, Ended::Samples);
         assert!(film.batches() >= spp.min(16), "{spp} samples in {} batches", film.batches());
+        let sizes: Vec<u32> = fake.batches.iter().map(|b| b.1).collect();
+        let longer: Vec<u32> = (0..film.batches()).map(|i| Batch::nth(i, 16).spp).collect();
+        assert_eq!(sizes[..sizes.len() - 1], longer[..sizes.len() - 1], "the sequence depends on what is asked for");
         let indices: Vec<u32> = fake.batches.iter().map(|b| b.0).collect();
         assert_eq!(indices, (0..film.batches()).collect::<Vec<_>>());
         assert_eq!(summary.progress.stats.rays, 3 * u64::from(spp));
@@ -68,15 +79,6 @@ fn without_a_wish_there_are_64_samples() {
     let mut film = film(4);
     run(&mut Fake::default(), &mut film, Stop::default());
     assert_eq!(film.samples_per_pixel(), 64);
-}
-
-#[test]
-fn batches_of_large_films_stay_short() {
-    let stop = Stop { spp: Some(1 << 16), ..Stop::default() };
-    assert_eq!(stop.batch_spp(512 * 512), 16);
-    assert_eq!(stop.batch_spp(1 << 30), 1);
-    let stop = Stop { time: Some(Duration::from_secs(1)), ..Stop::default() };
-    assert_eq!([1, 1 << 19, 1 << 30].map(|pixels| stop.batch_spp(pixels)), [16, 8, 1]);
 }
 
 #[test]
@@ -105,21 +107,53 @@ fn the_error_stops_the_render_but_never_before_sixteen_batches() {
 
 #[test]
 fn the_observer_sees_every_batch_and_can_stop() {
-    let (mut film, mut fractions) = (film(4), Vec::new());
-    let summary = render(&mut Fake::default(), &mut film, &Stop { spp: Some(160), ..Stop::default() }, &mut |p: &Progress, _| {
+    let (mut rendering, mut fractions) = (Rendering::new(film(4)), Vec::new());
+    let observe = &mut |p: &Progress, _: &mut abbe::render::Checkpointable<'_>| {
         fractions.push(p.fraction);
         if fractions.len() == 4 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    })
-    .unwrap();
-    assert_eq!((summary.ended, film.batches(), film.samples_per_pixel()), (Ended::Interrupted, 4, 40));
-    assert_eq!(fractions, [1.0, 2.0, 3.0, 4.0].map(|b| b / 16.0));
+    };
+    let summary = rendering.render(&mut Fake::default(), &Stop { spp: Some(160), ..Stop::default() }, observe).unwrap();
+    assert_eq!((summary.ended, rendering.film.batches(), rendering.film.samples_per_pixel()), (Ended::Interrupted, 4, 4));
+    assert_eq!(fractions, [1.0, 2.0, 3.0, 4.0].map(|b| b / 160.0));
+}
+
+#[test]
+fn shares_have_every_batch_once_and_are_as_long() {
+    let stop = Stop { spp: Some(100), ..Stop::default() };
+    let mut whole = Fake::default();
+    run(&mut whole, &mut film(4), stop);
+    for of in [1, 2, 3, 8, 100] {
+        let mut batches = Vec::new();
+        for number in 0..of {
+            let (mut fake, mut share) = (Fake::default(), Rendering::of_share(film(4), Share { number, of }));
+            let summary = share.render(&mut fake, &stop, &mut |_, _| ControlFlow::Continue(())).unwrap();
+            assert_eq!((summary.ended, summary.progress.fraction), (Ended::Samples, 1.0));
+            assert_eq!(share.spp, fake.batches.iter().map(|b| u64::from(b.1)).sum::<u64>());
+            batches.extend(fake.batches);
+        }
+        batches.sort();
+        assert_eq!(batches, whole.batches, "{of} shares");
+    }
+}
+
+#[test]
+fn a_render_goes_on_after_its_end_without_a_batch_twice() {
+    let (mut fake, mut rendering) = (Fake::default(), Rendering::new(film(4)));
+    for spp in [12, 12, 64, 204] {
+        rendering.render(&mut fake, &Stop { spp: Some(spp), ..Stop::default() }, &mut |_, _| ControlFlow::Continue(())).unwrap();
+        assert_eq!(rendering.film.samples_per_pixel(), u64::from(spp));
+    }
+    let (mut whole, mut all) = (Fake::default(), film(4));
+    run(&mut whole, &mut all, Stop { spp: Some(204), ..Stop::default() });
+    assert_eq!(fake.batches, whole.batches);
+    assert_eq!(rendering.film.pixel(3), all.pixel(3));
 }
 
 #[test]
 fn a_failing_device_leaves_the_batches_before() {
     let mut film = film(4);
     let mut fake = Fake { fails_at: Some(3), ..Fake::default() };
-    let failed = render(&mut fake, &mut film, &Stop::default(), &mut |_, _| ControlFlow::Continue(()));
+    let failed = render(&mut fake, &mut film, &Stop::default());
     assert!(failed.is_err_and(|e| e.to_string().contains("the device is gone")));
     assert_eq!(film.batches(), 3);
 }
@@ -128,9 +162,9 @@ fn a_failing_device_leaves_the_batches_before() {
 fn an_interrupted_render_is_what_was_done_before_and_nothing_is_an_error() {
     let (mut fake, mut done) = (Fake { fails_at: Some(3), interrupted: true, ..Fake::default() }, film(4));
     let summary = run(&mut fake, &mut done, Stop::default());
-    assert_eq!((summary.ended, summary.batches, summary.progress.spp), (Ended::Interrupted, 3, 12));
-    assert_eq!((done.batches(), summary.progress.stats.paths), (3, 12));
+    assert_eq!((summary.ended, summary.batches, summary.progress.spp), (Ended::Interrupted, 3, 3));
+    assert_eq!((done.batches(), summary.progress.stats.paths), (3, 3));
     let (mut fake, mut none) = (Fake { fails_at: Some(0), interrupted: true, ..Fake::default() }, film(4));
-    let ended = render(&mut fake, &mut none, &Stop::default(), &mut |_, _| ControlFlow::Continue(()));
+    let ended = render(&mut fake, &mut none, &Stop::default());
     assert!(matches!(ended, Err(Error::Interrupted)), "{ended:?}");
 }

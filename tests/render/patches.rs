@@ -80,7 +80,7 @@ fn differences(lamp: &str, bins: u32) -> [Vec<f64>; 2] {
     let (scene, expected) = (chart(lamp, bins), expected(lamp));
     let mut film = Film::new(&scene.film);
     let mut integrator = adapter::integrator(&scene, 1).expect("an adapter");
-    integrator.render_batch(0, 4096, &mut film).expect("a batch");
+    integrator.render_batch(abbe::render::Batch::even(0, 4096), &mut film).expect("a batch");
 
     let path = std::env::temp_dir().join(format!("abbe-patches-{lamp}-{bins}-{}.exr", std::process::id()));
     write_exr(&path, &film, &Provenance::default(), Aovs::default()).expect("a file");

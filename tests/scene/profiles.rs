@@ -113,7 +113,7 @@ fn a_lamp_lights_a_floor_as_its_file_says() {
     let scene = load_str(&scene, Path::new("test.json"), &base, &LoadOptions::default()).unwrap();
     std::fs::remove_dir_all(&base).unwrap();
     let mut film = Film::new(&scene.film);
-    GpuIntegrator::new(&scene, None, 1).unwrap().render_batch(0, 256, &mut film).unwrap();
+    GpuIntegrator::new(&scene, None, 1).unwrap().render_batch(abbe::render::Batch::even(0, 256), &mut film).unwrap();
     let lux = |x: f64, z: f64| {
         let v = dvec3(x, -height, z);
         intensity(v.normalize()) * height / v.length().powi(3)

@@ -49,7 +49,7 @@ pub fn measure(args: &Args, series: &str, cases: &[Case], report: &mut Report) -
         let mut integrator = GpuIntegrator::with_plan(&case.scene, args.device.as_deref(), args.seed, case.plan.clone())?;
         let setup = clock.spent().wall;
         let mut film = Film::try_new(&case.scene.film)?;
-        integrator.render_batch(0, 1, &mut film)?;
+        integrator.render_batch(crate::render::Batch::even(0, 1), &mut film)?;
         runners.push(Runner { case, integrator, film, setup, first_pixels: clock.spent(), times: Vec::new() });
     }
     for turn in 1..=TURNS {
@@ -78,7 +78,7 @@ impl Runner<'_> {
         let batches = SAMPLES.div_ceil(batch) as u32;
         let clock = Clock::start();
         for index in turn * batches..(turn + 1) * batches {
-            self.integrator.render_batch(index, SPP, &mut self.film)?;
+            self.integrator.render_batch(crate::render::Batch::even(index, SPP), &mut self.film)?;
         }
         let time = clock.spent().counted(self.integrator.adapter().is_cpu());
         self.times.push(time / (batch * u64::from(batches)) as f64);

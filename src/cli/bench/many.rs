@@ -62,10 +62,10 @@ fn lit(args: &Args, name: &str, scene: &Scene, plan: Plan, report: &mut Report) 
     let mut integrator = GpuIntegrator::with_plan(scene, args.device.as_deref(), args.seed, plan)?;
     let mut film = Film::try_new(&scene.film)?;
     let mut warm = Film::try_new(&scene.film)?;
-    integrator.render_batch(0, 1, &mut warm)?;
+    integrator.render_batch(crate::render::Batch::even(0, 1), &mut warm)?;
     let clock = Clock::start();
     for index in 1..=BATCHES {
-        integrator.render_batch(index, SPP, &mut film)?;
+        integrator.render_batch(crate::render::Batch::even(index, SPP), &mut film)?;
     }
     let seconds = clock.spent().counted(integrator.adapter().is_cpu());
     let samples = film.pixels() as f64 * f64::from(BATCHES * SPP);

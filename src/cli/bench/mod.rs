@@ -20,7 +20,7 @@ use super::{Done, Outcome, device, interrupt, progress::Bar, values};
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::output::check_writable;
-use crate::render::{Progress, render};
+use crate::render::{Progress, Rendering};
 use crate::scene::Scene;
 use clock::{Clock, Spent};
 use methods::Method;
@@ -181,7 +181,7 @@ fn measure(args: &Args, path: &Path, method: Method, peer: Option<PeerKind>, rep
     let size = args.overrides.size.or(reference.as_ref().and_then(Reference::size));
     let scene = load(&Overrides { size, ..args.overrides.clone() }, path)?;
     let start = Instant::now();
-    let mut film = Film::try_new(&scene.film)?;
+    let mut rendering = Rendering::new(Film::try_new(&scene.film)?);
     let mut device = device::open(&scene, args.device.as_deref(), args.seed, &args.techniques.but(method.leaves_out()))?;
     let setup = start.elapsed().as_secs_f64();
     let plan = device.integrator.describe().lines().map(str::trim).collect::<Vec<_>>().join("; ");
@@ -203,12 +203,12 @@ fn measure(args: &Args, path: &Path, method: Method, peer: Option<PeerKind>, rep
         }
         Ok(())
     };
-    let summary = render(device.integrator.as_mut(), &mut film, &args.stop.into(), &mut |p, film| {
+    let summary = rendering.render(device.integrator.as_mut(), &args.stop.into(), &mut |p, state| {
         clock.hold(|spent| {
             bar.update(p);
             if p.spp >= 2 * last || p.fraction >= 1.0 {
                 last = p.spp;
-                failed = rows(p, film, spent).err();
+                failed = rows(p, &state.rendering.film, spent).err();
             }
             if failed.is_some() || interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })

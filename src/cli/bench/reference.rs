@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::output::exr::Aovs;
 use crate::output::{Provenance, write_exr};
-use crate::render::{Stop, render};
+use crate::render::{Rendering, Stop};
 use crate::scene::{FilmSettings, Scene};
 use crate::spectrum::library::Observer;
 use std::ops::ControlFlow;
@@ -96,7 +96,7 @@ pub fn make(args: &Args, folder: &Path, path: &Path, scene: &Scene) -> Result<()
     let place = file.parent().unwrap_or(folder);
     std::fs::create_dir_all(place)
         .map_err(|e| Error::file(place, format!("cannot be made: {e}"), "name a folder that can be written to"))?;
-    let mut film = Film::try_new(&scene.film)?;
+    let mut rendering = Rendering::new(Film::try_new(&scene.film)?);
     let seed = args.seed ^ SEED;
     let mut device = device::open(scene, args.device.as_deref(), seed, &args.techniques)?;
     let stop = match args.stop.into() {
@@ -104,7 +104,7 @@ pub fn make(args: &Args, folder: &Path, path: &Path, scene: &Scene) -> Result<()
         stop => stop,
     };
     let bar = Bar::new(args.json);
-    let summary = render(device.integrator.as_mut(), &mut film, &stop, &mut |p, _| {
+    let summary = rendering.render(device.integrator.as_mut(), &stop, &mut |p, _| {
         bar.update(p);
         if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
@@ -121,7 +121,7 @@ pub fn make(args: &Args, folder: &Path, path: &Path, scene: &Scene) -> Result<()
         exposure: scene.film.exposure,
         irradiance: sensor_area(&scene.sensor).is_some(),
     };
-    write_exr(&file, &film, &origin, Aovs { errors: true, ..Aovs::default() })?;
+    write_exr(&file, &rendering.film, &origin, Aovs { errors: true, ..Aovs::default() })?;
     note(&format!(
         "{}: {} samples per pixel, estimated error {}",
         file.display(),

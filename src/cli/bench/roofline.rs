@@ -98,10 +98,10 @@ fn batches(
     prepare(&mut integrator);
     let mut film = Film::try_new(&scene.film)?;
     let spp = (SAMPLES / film.pixels() as u64).clamp(1, 64) as u32;
-    integrator.render_batch(0, spp, &mut film)?;
+    integrator.render_batch(crate::render::Batch::even(0, spp), &mut film)?;
     let (clock, mut stats) = (Clock::start(), BatchStats::default());
     for batch in 1..=BATCHES {
-        stats += integrator.render_batch(batch, spp, &mut film)?;
+        stats += integrator.render_batch(crate::render::Batch::even(batch, spp), &mut film)?;
     }
     Ok((stats, clock.spent().wall, integrator.adapter().to_string()))
 }

@@ -74,14 +74,14 @@ fn measure(args: &Args, more: &Value, size: (u32, u32), techniques: Techniques) 
     let mut film = Film::try_new(&scene.film)?;
     let batches = SAMPLES.div_ceil(film.pixels() as u64) as u32;
     // Dispatches find their size meanwhile.
-    integrator.render_batch(0, 1, &mut film)?;
+    integrator.render_batch(crate::render::Batch::even(0, 1), &mut film)?;
     let clock = Clock::start();
     let mut stats = BatchStats::default();
     for batch in 1..=batches {
         if interrupt::requested() {
             break;
         }
-        stats += integrator.render_batch(batch, 1, &mut film)?;
+        stats += integrator.render_batch(crate::render::Batch::even(batch, 1), &mut film)?;
     }
     let spent = clock.spent();
     Ok(json!({

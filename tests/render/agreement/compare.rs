@@ -56,7 +56,7 @@ impl Batches {
     pub fn add(&mut self, integrator: &mut dyn Integrator, scene: &Scene, spp: u32) {
         let mut film = Film::new(&scene.film);
         let index = self.means.len() as u32;
-        let stats = integrator.render_batch(index, spp, &mut film).expect("a batch");
+        let stats = integrator.render_batch(abbe::render::Batch::even(index, spp), &mut film).expect("a batch");
         assert_eq!(stats.dropped(), 0, "samples were dropped: {stats:?}");
         self.pixels.push((0..film.pixels()).flat_map(|p| film.pixel(p).to_vec()).collect());
         self.means.push(film.block_means(scene.film.width / BLOCKS));

@@ -505,7 +505,8 @@ fn far_off(mut scene: Scene, by: DVec3) -> Scene {
 fn rays_keep_count_of_volumes_where_their_surfaces_cross() {
     let scene = far_off(nested(), DVec3::splat(30.0));
     let mut integrator = adapter::integrator(&scene, 5).expect("an adapter");
-    let stats = integrator.render_batch(0, 640, &mut abbe::film::Film::new(&scene.film)).expect("a batch");
+    let stats =
+        integrator.render_batch(abbe::render::Batch::even(0, 640), &mut abbe::film::Film::new(&scene.film)).expect("a batch");
     assert!(stats.rays > 500_000, "{stats:?}");
     assert_eq!(stats.dropped(), 0, "{stats:?}");
 }

@@ -42,7 +42,7 @@ fn sees_only_diffuse(scene: &Scene) -> Vec<usize> {
     }
     let mut film = Film::new(&s.film);
     let mut integrator = ReferenceIntegrator::new(&s, Estimator::Backward, 0).expect("a scene");
-    integrator.render_batch(0, 1024, &mut film).expect("a batch");
+    integrator.render_batch(abbe::render::Batch::even(0, 1024), &mut film).expect("a batch");
     (0..film.pixels()).filter(|&p| film.bin(p, 0) == 0.0).collect()
 }
 

@@ -46,7 +46,7 @@ fn room_with(mesh: Mesh, places: &[DAffine3]) -> Scene {
 fn film(scene: &Scene) -> Vec<f64> {
     let mut integrator = adapter::integrator(scene, 3).expect("an adapter for the scene");
     let mut film = Film::new(&scene.film);
-    integrator.render_batch(0, 16, &mut film).expect("a batch");
+    integrator.render_batch(abbe::render::Batch::even(0, 16), &mut film).expect("a batch");
     (0..film.pixels()).flat_map(|p| film.pixel(p).to_vec()).collect()
 }
 

@@ -28,7 +28,7 @@ fn render(scene: &Scene, seed: u64, techniques: Techniques) -> Film {
     let mut integrator = adapter::with(scene, seed, techniques).unwrap();
     let mut film = Film::new(&scene.film);
     for batch in 0..BATCHES {
-        let stats = integrator.render_batch(batch, 8, &mut film).unwrap();
+        let stats = integrator.render_batch(abbe::render::Batch::even(batch, 8), &mut film).unwrap();
         assert_eq!(stats.dropped(), 0);
     }
     film

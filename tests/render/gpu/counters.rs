@@ -125,7 +125,7 @@ fn paths_into_more_volumes_than_they_can_keep_are_counted() {
             "lights": [{"constant": {"radiance": 1}}],
         }));
         let mut film = abbe::film::Film::new(&scene.film);
-        adapter::integrator(&scene, 1).unwrap().render_batch(0, 4, &mut film).unwrap()
+        adapter::integrator(&scene, 1).unwrap().render_batch(abbe::render::Batch::even(0, 4), &mut film).unwrap()
     };
     assert_eq!(nested(4).dropped(), 0);
     let crowded = nested(5);
@@ -149,7 +149,7 @@ fn invocations_take_as_many_samples_as_their_rays_allow() {
         let scene = scene(mirrors);
         let (mut integrator, mut film) = (adapter::integrator(&scene, 1).unwrap(), abbe::film::Film::new(&scene.film));
         let batch = |i: u32| {
-            let stats = integrator.render_batch(i, 16, &mut film).unwrap();
+            let stats = integrator.render_batch(abbe::render::Batch::even(i, 16), &mut film).unwrap();
             assert_eq!(stats.unfinished, 0, "{stats:?}");
             stats.most_rays
         };
@@ -159,7 +159,7 @@ fn invocations_take_as_many_samples_as_their_rays_allow() {
     let deep = scene(true);
     let (mut integrator, mut film) = (adapter::integrator(&deep, 1).unwrap(), abbe::film::Film::new(&deep.film));
     for (i, spp) in [1, 1, 1, 16].into_iter().enumerate() {
-        let stats = integrator.render_batch(i as u32, spp, &mut film).unwrap();
+        let stats = integrator.render_batch(abbe::render::Batch::even(i as u32, spp), &mut film).unwrap();
         assert!(stats.unfinished == 0 && stats.most_rays <= 16 * 66, "batch {i}: {stats:?}");
     }
     let few = rays(false);
@@ -174,7 +174,7 @@ fn invocations_take_as_many_samples_as_their_rays_allow() {
 fn too_bright_a_lamp_and_too_short_a_path_are_counted() {
     let count = |scene: &abbe::scene::Scene| {
         let mut film = abbe::film::Film::new(&scene.film);
-        let stats = adapter::integrator(scene, 1).unwrap().render_batch(0, 4, &mut film).unwrap();
+        let stats = adapter::integrator(scene, 1).unwrap().render_batch(abbe::render::Batch::even(0, 4), &mut film).unwrap();
         assert!((0..film.pixels()).all(|p| film.pixel(p).iter().all(|v| v.is_finite() && *v >= 0.0)));
         stats
     };
@@ -211,7 +211,7 @@ fn paths_of_both_passes_are_counted_where_they_are_cut() {
         integrator.set_light_paths(0.5);
         let mut film = abbe::film::Film::new(&scene.film);
         let mut stats = abbe::stats::BatchStats::default();
-        (0..8).for_each(|batch| stats += integrator.render_batch(batch, 4, &mut film).unwrap());
+        (0..8).for_each(|batch| stats += integrator.render_batch(abbe::render::Batch::even(batch, 4), &mut film).unwrap());
         stats
     };
     let plain = stats(Techniques { guiding: false, adaptive_sampling: false, ..Techniques::default() });
@@ -240,7 +240,7 @@ fn splats_too_large_for_the_film_are_dropped_and_counted() {
         *light = Spectrum::Constant(intensity);
         let mut film = abbe::film::Film::new(&scene.film);
         let mut integrator = adapter::with(&scene, 1, techniques).unwrap();
-        let stats = integrator.render_batch(0, 4, &mut film).unwrap();
+        let stats = integrator.render_batch(abbe::render::Batch::even(0, 4), &mut film).unwrap();
         let values: Vec<f64> = (0..film.pixels()).flat_map(|p| film.pixel(p).to_vec()).collect();
         assert!(values.iter().all(|v| v.is_finite() && *v >= 0.0), "{intensity}: {stats:?}");
         (stats, values.iter().sum::<f64>())

@@ -16,7 +16,7 @@ fn render(scene: &Scene, plan: Plan) -> (Film, BatchStats) {
     let mut integrator = adapter::with_plan(scene, 1, plan).unwrap();
     integrator.set_light_paths(0.5);
     let mut film = Film::new(&scene.film);
-    let stats = integrator.render_batch(0, SPP, &mut film).unwrap();
+    let stats = integrator.render_batch(abbe::render::Batch::even(0, SPP), &mut film).unwrap();
     (film, stats)
 }
 

@@ -39,7 +39,7 @@ fn render_batches(scene: &Scene, seed: u64, batches: u32, spp: u32, most_groups:
     let mut film = Film::new(&scene.film);
     let mut stats = BatchStats::default();
     for batch in 0..batches {
-        stats += integrator.render_batch(batch, spp, &mut film).unwrap();
+        stats += integrator.render_batch(abbe::render::Batch::even(batch, spp), &mut film).unwrap();
     }
     // What an invocation has depends on its share.
     (stats.camera_time, stats.light_time, stats.longest_dispatch, stats.most_rays) = Default::default();

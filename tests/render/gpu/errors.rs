@@ -4,7 +4,7 @@ use super::support::*;
 use crate::adapter;
 use abbe::film::Film;
 use abbe::integrator::GpuIntegrator;
-use abbe::render::{Stop, render, render_blocks};
+use abbe::render::{Rendering, Stop, render_blocks};
 use abbe::scene::{LoadOptions, Scene, load};
 use serde_json::json;
 use std::ops::ControlFlow;
@@ -94,10 +94,10 @@ fn intervals_of_a_caustic_hold_as_often_as_they_claim() {
 fn a_young_caustic_knows_its_error() {
     let scene = caustic();
     let run = |run, spp| {
-        let mut film = Film::new(&scene.film);
+        let mut rendering = Rendering::new(Film::new(&scene.film));
         let stop = Stop { spp: Some(spp), ..Stop::default() };
-        render(&mut integrator(&scene, run), &mut film, &stop, &mut |_, _| ControlFlow::Continue(())).unwrap();
-        film
+        rendering.render(&mut integrator(&scene, run), &stop, &mut |_, _| ControlFlow::Continue(())).unwrap();
+        rendering.film
     };
     let films: Vec<Film> = (0..RUNS).map(|i| run(i, BATCHES)).collect();
     let reference = run(RUNS, 24 * BATCHES);

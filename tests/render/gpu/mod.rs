@@ -12,6 +12,7 @@ mod errors;
 mod intersect;
 mod plan;
 mod precision;
+mod resume;
 mod sampler;
 mod support;
 mod translation;

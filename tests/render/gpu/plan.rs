@@ -200,7 +200,7 @@ fn scenes_of_one_plan_share_compiled_kernels_and_each_has_its_own_picture() {
     let picture = |gpu: &Arc<Gpu>, scene: &Scene| {
         let mut film = Film::new(&scene.film);
         let mut integrator = GpuIntegrator::on(gpu.clone(), scene, 1, plan(scene)).unwrap();
-        integrator.render_batch(0, 2, &mut film).unwrap();
+        integrator.render_batch(abbe::render::Batch::even(0, 2), &mut film).unwrap();
         film.xyz_image()
     };
     picture(&gpu, &first);

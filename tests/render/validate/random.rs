@@ -75,7 +75,7 @@ fn batches(integrator: &mut dyn Integrator, scene: &Scene, spp: u32) -> (Vec<Fig
     let means: Vec<Vec<f64>> = (0..BATCHES)
         .map(|index| {
             let mut film = Film::new(&scene.film);
-            stats += integrator.render_batch(index, spp, &mut film).expect("a batch");
+            stats += integrator.render_batch(abbe::render::Batch::even(index, spp), &mut film).expect("a batch");
             (0..film.bins()).map(|bin| film.mean_of(bin)).collect()
         })
         .collect();

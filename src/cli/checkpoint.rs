@@ -1,0 +1,271 @@
+//! Checkpoints of `abbe render`: when they are written, and going on from one.
+
+use super::device::TechniqueArgs;
+use super::print::{duration, note};
+use super::render::sensor_area;
+use super::values;
+use crate::error::{Error, Result};
+use crate::film::Film;
+use crate::output::{Checkpoint, check_writable, write_checkpoint};
+use crate::render::{Checkpointable, Share};
+use crate::scene::{Bins, FilmSettings, Filter, Scene, WavelengthSampling};
+use serde_json::{Map, Value, json};
+use std::fs::{File, OpenOptions, TryLockError};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// More machines than batches have nothing to do.
+const MOST_SHARES: u32 = 4096;
+
+/// How often checkpoints are written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Interval {
+    /// Never.
+    Off,
+    /// After each such time of rendering.
+    Every(Duration),
+}
+
+/// What checkpoints are asked for.
+#[derive(clap::Args, Clone)]
+pub struct CheckpointArgs {
+    /// Write a checkpoint beside the output this often, as in 30s or 10m, and when a signal or a fault ends the render; it is removed when the render is done. 'off': never
+    #[arg(long, value_name = "TIME", value_parser = interval, default_value = "5m")]
+    checkpoint: Interval,
+    /// Leave the checkpoint of a finished render, so that --resume can add samples to it
+    #[arg(long)]
+    keep_checkpoint: bool,
+    /// Render the batches of one machine of several, as in 1/8, into a checkpoint beside the output; 'abbe merge' makes one picture of all
+    #[arg(long, value_name = "I/N", value_parser = share)]
+    pub share: Option<Share>,
+    /// Go on from the checkpoint beside the output; the scene and all that was asked for need not be given again
+    #[arg(long, value_name = "OUT.exr", num_args = 0..=1)]
+    pub resume: Option<Option<PathBuf>>,
+    /// Go on although the checkpoint is of another device: the bits differ from those of a render that was never interrupted
+    #[arg(long, requires = "resume")]
+    any_device: bool,
+}
+
+fn interval(text: &str) -> std::result::Result<Interval, String> {
+    if text == "off" { Ok(Interval::Off) } else { values::time(text).map(Interval::Every) }
+}
+
+fn share(text: &str) -> std::result::Result<Share, String> {
+    let numbers = text.split_once('/').and_then(|(i, n)| Some((i.parse::<u32>().ok()?, n.parse::<u32>().ok()?)));
+    match numbers {
+        Some((number, of)) if (1..=of).contains(&number) && of <= MOST_SHARES => Ok(Share { number: number - 1, of }),
+        _ => Err(format!("write number/of, as in 1/8, with numbers from 1 to {MOST_SHARES}")),
+    }
+}
+
+/// The checkpoint beside this output.
+pub fn beside(exr: &Path) -> PathBuf {
+    exr.with_extension("checkpoint")
+}
+
+/// Two renders of the same identity give the same bits, if they are of the same share.
+pub fn identity(scene: &Scene, seed: u64, techniques: &TechniqueArgs, device: &str) -> Value {
+    let (film, bins) = (&scene.film, &scene.film.bins);
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "scene": scene.name,
+        "content of the scene's files": format!("{:016x}", scene.source_hash),
+        "size": format!("{}x{}", film.width, film.height),
+        "wavelength bins": format!("{} from {} to {} nm", bins.count, bins.min_nm, bins.max_nm),
+        "greatest depth": scene.max_depth,
+        "seed": seed,
+        "techniques": techniques.to_string(),
+        "device": device,
+    })
+}
+
+/// Writes the checkpoints of one render.
+pub struct Keeper {
+    path: PathBuf,
+    args: CheckpointArgs,
+    header: Value,
+    last: Instant,
+    lock: Option<Lock>,
+}
+
+impl Keeper {
+    /// For a render of this identity into `exr`, asked for by `request`.
+    ///
+    /// # Errors
+    /// [`Error::File`] where none could be written.
+    pub fn new(exr: &Path, args: &CheckpointArgs, scene: &Scene, identity: Value, request: Value) -> Result<Self> {
+        let path = beside(exr);
+        if args.checkpoint != Interval::Off {
+            check_writable::<&Path>(&path, [])?;
+        }
+        let header = json!({"identity": identity, "request": request, "picture": picture(scene)});
+        Ok(Keeper { path, args: args.clone(), header, last: Instant::now(), lock: None })
+    }
+
+    /// Puts the render where its checkpoint is, if that is asked for.
+    ///
+    /// # Errors
+    /// [`Error::File`] if there is none, it is damaged or that of another render: the first difference is named.
+    pub fn resume(&mut self, state: &mut Checkpointable<'_>) -> Result<()> {
+        if self.args.resume.is_none() {
+            return Ok(());
+        }
+        self.lock()?;
+        let checkpoint = Checkpoint::open(&self.path)?;
+        if let Some((name, theirs, ours)) = difference(&checkpoint.header, &self.header, self.args.any_device) {
+            let remedy = match name.as_str() {
+                "device" => "choose that device with --device, or go on here with --any-device",
+                _ => "ask for the same, or begin anew without --resume",
+            };
+            return Err(Error::file(
+                &self.path,
+                format!("this checkpoint is of another {name}: {theirs} instead of {ours}"),
+                remedy,
+            ));
+        }
+        let share = state.rendering.share;
+        checkpoint.restore(state)?;
+        let Share { number, of } = state.rendering.share;
+        if state.rendering.share != share {
+            let problem = format!("this checkpoint is share {}/{of} of a render", number + 1);
+            return Err(Error::file(&self.path, problem, "ask for that with --share, or begin anew without --resume"));
+        }
+        Ok(())
+    }
+
+    /// After every batch.
+    ///
+    /// # Errors
+    /// [`Error::File`] where it cannot be written.
+    pub fn after_batch(&mut self, state: &mut Checkpointable<'_>) -> Result<()> {
+        match self.args.checkpoint {
+            Interval::Every(interval) if self.last.elapsed() >= interval => self.write(state),
+            _ => Ok(()),
+        }
+    }
+
+    /// Writes one now, for a render that ends before it is done.
+    ///
+    /// # Errors
+    /// [`Error::File`] where it cannot be written.
+    pub fn leave(&mut self, state: &mut Checkpointable<'_>) -> Result<Option<&Path>> {
+        if self.args.checkpoint == Interval::Off {
+            return Ok(None);
+        }
+        self.write(state)?;
+        Ok(Some(&self.path))
+    }
+
+    /// The render is done, and its files are written.
+    ///
+    /// # Errors
+    /// [`Error::File`] where one that is to be kept cannot be written.
+    pub fn finish(&mut self, state: &mut Checkpointable<'_>) -> Result<()> {
+        if self.args.keep_checkpoint || self.args.share.is_some() {
+            return self.write(state);
+        }
+        if self.lock.is_some() {
+            // Only one that this render has written or gone on from; if it is gone already, all is well.
+            let _ = std::fs::remove_file(&self.path);
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, state: &mut Checkpointable<'_>) -> Result<()> {
+        self.lock()?;
+        let begun = Instant::now();
+        write_checkpoint(&self.path, &self.header, state)?;
+        log::debug!("checkpoint written in {}", duration(begun.elapsed().as_secs_f64()));
+        self.last = Instant::now();
+        Ok(())
+    }
+
+    fn lock(&mut self) -> Result<()> {
+        if self.lock.is_none() {
+            self.lock = Some(Lock::take(&self.path)?);
+        }
+        Ok(())
+    }
+}
+
+/// The first thing in which two headers are of different renders: its name, what `a` and what `b` has.
+pub fn difference(a: &Value, b: &Value, any_device: bool) -> Option<(String, Value, Value)> {
+    let none = Map::new();
+    let a = a["identity"].as_object().unwrap_or(&none);
+    let all = b["identity"].as_object().unwrap_or(&none).iter();
+    let pairs = all.map(|(name, b)| (name, a.get(name).cloned().unwrap_or_default(), b.clone()));
+    pairs.filter(|(name, a, b)| a != b && !(any_device && *name == "device")).map(|(name, a, b)| (name.clone(), a, b)).next()
+}
+
+/// What a film and its file are made from.
+fn picture(scene: &Scene) -> Value {
+    let FilmSettings { width, height, bins, exposure, .. } = &scene.film;
+    json!({
+        "width": width, "height": height, "bins": bins.count, "min_nm": bins.min_nm, "max_nm": bins.max_nm, "exposure": exposure,
+        "irradiance": sensor_area(&scene.sensor).is_some(),
+    })
+}
+
+/// The film of a checkpoint's header, still empty.
+///
+/// # Errors
+/// [`Error::Usage`] where there is no memory for it.
+pub fn film_of(header: &Value) -> Result<Film> {
+    let picture = &header["picture"];
+    let number = |name: &str| picture[name].as_u64().and_then(|n| u32::try_from(n).ok()).unwrap_or(1).max(1);
+    let bins = Bins {
+        count: number("bins"),
+        min_nm: picture["min_nm"].as_f64().unwrap_or(380.0),
+        max_nm: picture["max_nm"].as_f64().unwrap_or(780.0),
+    };
+    Film::try_new(&FilmSettings {
+        width: number("width"),
+        height: number("height"),
+        bins,
+        filter: Filter::Box,
+        sampling: WavelengthSampling::Continuous,
+        exposure: picture["exposure"].as_f64(),
+    })
+}
+
+/// What was asked for by the render that left the checkpoint beside `exr`.
+///
+/// # Errors
+/// [`Error::File`] if there is none.
+pub fn request_of(exr: &Path) -> Result<Value> {
+    Checkpoint::open(&beside(exr)).map(|checkpoint| checkpoint.header["request"].clone())
+}
+
+/// Keeps other processes off a checkpoint; the system takes it back when this one ends, however it does.
+struct Lock {
+    path: PathBuf,
+    _file: File,
+}
+
+impl Lock {
+    fn take(checkpoint: &Path) -> Result<Self> {
+        let path = checkpoint.with_extension("checkpoint.lock");
+        let opened = OpenOptions::new().write(true).create(true).truncate(false).open(&path);
+        let failed =
+            |e: &dyn std::fmt::Display| Error::file(&path, format!("cannot be locked: {e}"), "choose another name with -o");
+        let file = opened.map_err(|e| failed(&e))?;
+        match file.try_lock() {
+            Ok(()) => Ok(Lock { path, _file: file }),
+            Err(TryLockError::WouldBlock) => {
+                Err(Error::file(checkpoint, "another process renders into this", "wait for it, or choose another name with -o"))
+            }
+            // Some network file systems have no locks.
+            Err(TryLockError::Error(e)) => {
+                note(&format!("note: {} cannot be locked ({e}): let no other process render into it", path.display()));
+                Ok(Lock { path, _file: file })
+            }
+        }
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // If it stays, it is in nobody's way.
+        let _ = std::fs::remove_file(&self.path);
+    }
+}

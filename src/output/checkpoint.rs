@@ -1,0 +1,122 @@
+//! Checkpoints: a render as it is between two batches, or where it was interrupted, from which another process goes on bit by bit. A share of a render
+//! ([`crate::render::Share`]) is one, too.
+//!
+//! A file is a line that says what it is, the length of a header and the header (JSON: which render it is of, and what was asked for), then the state
+//! ([`crate::state`]) with its checksum. It is replaced as a whole, so that a process killed at any moment leaves the one before or the new one.
+
+use super::{open_plain, replace_file};
+use crate::error::{Error, Result};
+use crate::state::{Persistent, State};
+use serde_json::Value;
+use std::fs::File;
+use std::io::{self, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+
+const MAGIC: &[u8] = b"abbe checkpoint 1\n";
+/// A header is text that a person could read.
+const LONGEST_HEADER: u64 = 1 << 20;
+/// State is written and read in pieces of this size.
+const BUFFER: usize = 1 << 20;
+
+/// Writes `state` under `path`; what was there before stays until it is complete and on the disk.
+///
+/// # Errors
+/// [`Error::File`] where it cannot be written.
+pub fn write_checkpoint(path: &Path, header: &Value, state: &mut dyn Persistent) -> Result<()> {
+    replace_file(path, |file| -> io::Result<()> {
+        let header = header.to_string();
+        file.write_all(MAGIC)?;
+        file.write_all(&(header.len() as u64).to_le_bytes())?;
+        file.write_all(header.as_bytes())?;
+        let mut out = State::saving(file);
+        state.persist(&mut out)?;
+        out.finish()
+    })
+}
+
+/// A checkpoint whose header has been read.
+#[derive(Debug)]
+pub struct Checkpoint {
+    path: PathBuf,
+    /// Which render it is of, and what was asked for.
+    pub header: Value,
+    file: BufReader<File>,
+    /// Bytes of the state and its checksum.
+    length: u64,
+}
+
+impl Checkpoint {
+    /// True if the file begins as one.
+    pub fn is_one(path: &Path) -> bool {
+        let mut begin = [0; MAGIC.len()];
+        open_plain(path).and_then(|(mut file, _)| file.read_exact(&mut begin)).is_ok() && begin == MAGIC
+    }
+
+    /// Opens one.
+    ///
+    /// # Errors
+    /// [`Error::File`] if there is none.
+    pub fn open(path: &Path) -> Result<Self> {
+        let failed = |why: String| Error::file(path, why, "begin anew without --resume");
+        let read = || -> io::Result<(BufReader<File>, u64, Value)> {
+            let (file, all) = open_plain(path)?;
+            let mut file = BufReader::with_capacity(BUFFER, file);
+            let (mut begin, mut length) = ([0; MAGIC.len()], [0; 8]);
+            file.read_exact(&mut begin)?;
+            if begin != MAGIC {
+                return Err(io::Error::other("this is no checkpoint"));
+            }
+            file.read_exact(&mut length)?;
+            let length = u64::from_le_bytes(length);
+            if length > LONGEST_HEADER {
+                return Err(io::Error::other("its header is damaged"));
+            }
+            let mut header = vec![0; length as usize];
+            file.read_exact(&mut header)?;
+            let header = serde_json::from_slice(&header).map_err(|_| io::Error::other("its header is damaged"))?;
+            Ok((file, all.saturating_sub(MAGIC.len() as u64 + 8 + length), header))
+        };
+        let (file, length, header) = read().map_err(|e| match e.kind() {
+            io::ErrorKind::NotFound => failed("there is no checkpoint to go on from".to_string()),
+            io::ErrorKind::UnexpectedEof => failed("this checkpoint is cut short".to_string()),
+            _ => failed(e.to_string()),
+        })?;
+        Ok(Self { path: path.to_path_buf(), header, file, length })
+    }
+
+    /// Puts `state` where it was.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the file is damaged or of another kind of render; `state` is then of no use.
+    pub fn restore(self, state: &mut dyn Persistent) -> Result<()> {
+        self.read(state, false)
+    }
+
+    /// Likewise, of a state that comes first in the file; what follows it is passed over.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::restore`].
+    pub fn restore_first(self, state: &mut dyn Persistent) -> Result<()> {
+        self.read(state, true)
+    }
+
+    fn read(mut self, state: &mut dyn Persistent, has_more: bool) -> Result<()> {
+        let mut read = |file: &mut BufReader<File>| {
+            let mut input = State::restoring(file);
+            state.persist(&mut input)?;
+            if has_more {
+                // The checksum has four bytes.
+                let left = self.length.saturating_sub(input.position() + 4);
+                input.skip(left)?;
+            }
+            input.finish()
+        };
+        read(&mut self.file).map_err(|e| {
+            let why = match e.kind() {
+                io::ErrorKind::UnexpectedEof => "this checkpoint is cut short".to_string(),
+                _ => format!("this checkpoint cannot be gone on from: {e}"),
+            };
+            Error::file(&self.path, why, "begin anew without --resume")
+        })
+    }
+}

@@ -1,0 +1,72 @@
+//! The one sequence of batches: four of one sample per pixel, four of two, sixteen of four, of eight, and so on up to the largest. It is the same whatever
+//! is asked for: `--spp`, `--time` and `--error` only say where it stops, so that any render can be stopped, gone on with, added to and shared out.
+//! Samples can be shared out unevenly among blocks from batches of four on (`integrator::adaptive`), so that they come soon.
+
+/// Samples of a batch that is no longer small.
+const USUAL_SPP: u32 = 4;
+/// Batches of each smaller size, and of each larger one but the largest.
+const PER_SIZE: (u32, u32) = (4, 16);
+/// Samples of all pixels together in one batch, at most, but for the first sizes: a batch is what a time limit and a signal wait for.
+const MOST_SAMPLES: u64 = 1 << 22;
+/// Samples of a pixel in one batch, at most: sums of so many have their place in single precision.
+const MOST_SPP: u32 = 64;
+
+/// Samples of every pixel that are taken together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Batch {
+    /// Its number, which keys its random numbers.
+    pub index: u32,
+    /// Number of its first pass (one sample of every pixel, in the mean) among those of all batches.
+    pub first_pass: u64,
+    /// Samples per pixel, in the mean over pixels.
+    pub spp: u32,
+}
+
+impl Batch {
+    /// Batch `index` of a film of so many pixels.
+    pub fn nth(index: u32, pixels: usize) -> Self {
+        let most = MOST_SAMPLES / (pixels as u64).max(1);
+        let largest = 1 << most.clamp(1, u64::from(MOST_SPP)).ilog2();
+        let (mut spp, mut first, mut first_pass) = (1, 0, 0);
+        loop {
+            let count = if spp < USUAL_SPP { PER_SIZE.0 } else { PER_SIZE.1 };
+            if spp == largest || index - first < count {
+                return Batch { index, first_pass: first_pass + u64::from(index - first) * u64::from(spp), spp };
+            }
+            first += count;
+            first_pass += u64::from(count * spp);
+            spp *= 2;
+        }
+    }
+
+    /// Batch `index` of batches that are all of `spp` samples, for what is measured beside renders.
+    pub fn even(index: u32, spp: u32) -> Self {
+        Batch { index, first_pass: u64::from(index) * u64::from(spp), spp }
+    }
+
+    /// Its first samples, `spp` at most.
+    pub fn up_to(self, spp: u64) -> Self {
+        Batch { spp: u64::from(self.spp).min(spp) as u32, ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_are_numbered_without_gap_and_sizes_double() {
+        for pixels in [1, 128 * 128, 640 * 480, 1 << 30] {
+            let mut passes = 0;
+            for index in 0..200 {
+                let batch = Batch::nth(index, pixels);
+                assert_eq!((batch.index, batch.first_pass), (index, passes), "{pixels} pixels");
+                passes += u64::from(batch.spp);
+            }
+        }
+        let sizes = |pixels| [0, 3, 4, 7, 8, 23, 24, 40, 56, 72, 88, 1000].map(|index| Batch::nth(index, pixels).spp);
+        assert_eq!(sizes(128 * 128), [1, 1, 2, 2, 4, 4, 8, 16, 32, 64, 64, 64]);
+        assert_eq!(sizes(1 << 20), [1, 1, 2, 2, 4, 4, 4, 4, 4, 4, 4, 4]);
+        assert_eq!(sizes(1 << 30), [1; 12]);
+    }
+}

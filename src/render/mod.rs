@@ -1,0 +1,332 @@
+//! The render loop: batches of samples from an integrator into the film until told to stop. One loop for the GPU and the
+//! reference.
+
+mod batch;
+
+pub use batch::Batch;
+
+use crate::error::{Error, Result};
+use crate::film::Film;
+use crate::film::aov::{Albedo, AovBuffers};
+use crate::scene::FilmSettings;
+use crate::state::{Persistent, State};
+use crate::stats::{BatchStats, persist_time};
+use std::io;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Something that fills a film, batch by batch.
+pub trait Integrator {
+    /// Renders a batch and adds it to `film`; returns what was counted. Batches of different numbers use independent random numbers; the same seed and the
+    /// same batches since the beginning give the same bits. A batch that was begun before and not done is gone on with.
+    ///
+    /// # Errors
+    /// [`Error::Fault`] if the device fails, [`Error::Interrupted`] if it was asked to stop. The film then holds the batch for those tiles that were done,
+    /// whole, and for no others; no more batches can be rendered by this integrator, but by one that takes over its state.
+    fn render_batch(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats>;
+
+    /// Saves or restores all that the batches so far have left behind in it, so that those to come give the same bits.
+    ///
+    /// # Errors
+    /// As [`Persistent::persist`].
+    fn persist(&mut self, _state: &mut State<'_>) -> io::Result<()> {
+        Ok(())
+    }
+
+    /// Has batches end early when `halt` is requested. One that pays no attention finishes its batch.
+    fn heed(&mut self, _halt: &Halt) {}
+}
+
+/// Asks an integrator to stop, from any thread and for good.
+#[derive(Debug, Clone, Default)]
+pub struct Halt(Arc<AtomicBool>);
+
+impl Halt {
+    /// Stop as soon as may be.
+    pub fn request(&self) {
+        self.0.store(true, Ordering::SeqCst);
+    }
+
+    /// Whether to stop.
+    pub fn is_requested(&self) -> bool {
+        self.0.load(Ordering::SeqCst)
+    }
+
+    /// For a place where work can end.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] if it is to stop.
+    pub fn check(&self) -> Result<()> {
+        if self.is_requested() { Err(Error::Interrupted) } else { Ok(()) }
+    }
+}
+
+/// An integrator that also says what is seen first.
+pub trait Renderer: Integrator {
+    /// What the scene needed and what was found out about it, of several lines; all of it after the first batch.
+    fn describe(&self) -> String;
+
+    /// What `samples` rays of every pixel meet first, `albedos` being those of the scene's materials; `index` as in
+    /// [`Integrator::render_batch`].
+    fn aovs(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<AovBuffers>;
+}
+
+/// When to stop; whichever comes first. With nothing set: after [`Stop::DEFAULT_SPP`].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Stop {
+    /// Samples per pixel.
+    pub spp: Option<u32>,
+    /// Time spent in the loop. It decides only when to stop, never what is computed.
+    pub time: Option<Duration>,
+    /// [`Film::relative_error`], once there are [`Stop::MIN_BATCHES`] batches to estimate it from.
+    pub error: Option<f64>,
+}
+
+impl Stop {
+    /// Samples per pixel where nothing else is asked for.
+    pub const DEFAULT_SPP: u32 = 64;
+    /// Batches that a standard error is trusted from.
+    pub const MIN_BATCHES: u32 = 16;
+
+    /// The samples per pixel to stop at, if any.
+    pub fn total_spp(&self) -> Option<u32> {
+        match self {
+            Stop { spp: None, time: None, error: None } => Some(Self::DEFAULT_SPP),
+            _ => self.spp,
+        }
+    }
+}
+
+/// How far a render is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Samples per pixel so far.
+    pub spp: u64,
+    /// Share of the work done, 0 to 1, as far as it can be told.
+    pub fraction: f64,
+    /// Counts so far.
+    pub stats: BatchStats,
+    /// Rays per second over the whole render.
+    pub rays_per_second: f64,
+    /// [`Film::relative_error`]; infinite before the second batch.
+    pub relative_error: f64,
+    /// Time since the start.
+    pub elapsed: Duration,
+    /// Time left, estimated; `None` before there is anything to estimate from.
+    pub remaining: Option<Duration>,
+}
+
+/// Why a render ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ended {
+    /// The samples asked for are done.
+    Samples,
+    /// The time is up.
+    Time,
+    /// The error asked for is reached.
+    Error,
+    /// The observer asked to stop, or a [`Halt`] did.
+    Interrupted,
+}
+
+/// What a render came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Summary {
+    /// The state after the last batch.
+    pub progress: Progress,
+    /// Batches in the film.
+    pub batches: u32,
+    /// Why it ended.
+    pub ended: Ended,
+}
+
+/// A part of the batches: each machine of several takes its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Share {
+    /// Its number, from 0.
+    pub number: u32,
+    /// How many there are.
+    pub of: u32,
+}
+
+impl Share {
+    /// All batches.
+    pub const WHOLE: Share = Share { number: 0, of: 1 };
+}
+
+/// All that the batches so far have left behind, but for what the integrator has learned.
+#[derive(Debug, Clone)]
+pub struct Rendering {
+    /// Their mean.
+    pub film: Film,
+    /// Which batches are rendered.
+    pub share: Share,
+    /// Number of the next batch.
+    pub next: u32,
+    /// Batches done.
+    pub batches: u32,
+    /// Samples per pixel done.
+    pub spp: u64,
+    /// What was counted.
+    pub stats: BatchStats,
+    /// Time spent in the loop.
+    pub elapsed: Duration,
+}
+
+impl Rendering {
+    /// Before the first batch.
+    pub fn new(film: Film) -> Self {
+        Self::of_share(film, Share::WHOLE)
+    }
+
+    /// Likewise, of a part of the batches.
+    pub fn of_share(film: Film, share: Share) -> Self {
+        let (batches, spp, stats, elapsed) = (0, 0, BatchStats::default(), Duration::ZERO);
+        Rendering { film, share, next: share.number, batches, spp, stats, elapsed }
+    }
+
+    /// Renders batch after batch until `stop` says so or `observe`, called after every batch, breaks. At least one batch
+    /// is rendered, unless `stop` is met from the beginning. When the integrator fails its error is returned, and the film holds the batches before; so it
+    /// does when the integrator is interrupted, which is an error only before the first batch is done.
+    ///
+    /// # Errors
+    /// Those of [`Integrator::render_batch`].
+    pub fn render(
+        &mut self,
+        integrator: &mut dyn Integrator,
+        stop: &Stop,
+        observe: &mut dyn FnMut(&Progress, &mut Checkpointable<'_>) -> ControlFlow<()>,
+    ) -> Result<Summary> {
+        let (begun, before) = (Instant::now(), self.elapsed);
+        if let Some(ended) = self.ended(stop)
+            && (self.batches > 0 || ended == Ended::Samples)
+        {
+            return Ok(Summary { progress: self.progress(stop, Some(ended)), batches: self.batches, ended });
+        }
+        loop {
+            let batch = self.next_batch(stop);
+            match integrator.render_batch(batch, &mut self.film) {
+                Ok(stats) => self.stats += stats,
+                Err(Error::Interrupted) if self.batches > 0 => {
+                    let ended = Ended::Interrupted;
+                    self.elapsed = before + begun.elapsed();
+                    return Ok(Summary { progress: self.progress(stop, None), batches: self.batches, ended });
+                }
+                Err(error) => return Err(error),
+            }
+            self.next += self.share.of;
+            self.batches += 1;
+            self.spp += u64::from(batch.spp);
+            self.elapsed = before + begun.elapsed();
+            let mut ended = self.ended(stop);
+            let progress = self.progress(stop, ended);
+            let broken = observe(&progress, &mut Checkpointable { rendering: self, integrator }).is_break();
+            if broken && ended.is_none() {
+                ended = Some(Ended::Interrupted);
+            }
+            if let Some(ended) = ended {
+                return Ok(Summary { progress, batches: self.batches, ended });
+            }
+        }
+    }
+
+    /// The next batch; the last one takes what remains.
+    fn next_batch(&self, stop: &Stop) -> Batch {
+        let batch = Batch::nth(self.next, self.film.pixels());
+        let left = stop.total_spp().map_or(u64::MAX, |total| u64::from(total).saturating_sub(batch.first_pass));
+        batch.up_to(left.max(1))
+    }
+
+    /// Samples per pixel of all batches before the next, whoever rendered them.
+    fn passes(&self) -> u64 {
+        Batch::nth(self.next, self.film.pixels()).first_pass
+    }
+
+    fn ended(&self, stop: &Stop) -> Option<Ended> {
+        // One sequence of batches never outgrows u32: the random numbers' keys end there, and the last ones are for other uses.
+        let is_last = self.next > u32::MAX - (1 << 16);
+        if is_last || stop.total_spp().is_some_and(|total| self.passes() >= u64::from(total.max(1))) {
+            return Some(Ended::Samples);
+        }
+        let error_is_reached = || stop.error.is_some_and(|target| self.film.relative_error() <= target);
+        if self.batches >= Stop::MIN_BATCHES && error_is_reached() {
+            return Some(Ended::Error);
+        }
+        // Half a batch of foresight: the mean overrun of a time limit is then nil.
+        let next = f64::from(self.next_batch(stop).spp) / self.spp.max(1) as f64;
+        let half_done = self.elapsed + self.elapsed.mul_f64(0.5 * next);
+        stop.time.is_some_and(|time| half_done >= time).then_some(Ended::Time)
+    }
+
+    fn progress(&self, stop: &Stop, ended: Option<Ended>) -> Progress {
+        let seconds = self.elapsed.as_secs_f64();
+        let relative_error = self.film.relative_error();
+        let by_samples = stop.total_spp().map_or(0.0, |total| self.passes() as f64 / f64::from(total.max(1)));
+        let by_time = stop.time.map_or(0.0, |time| seconds / time.as_secs_f64().max(1e-9));
+        let by_error = stop.error.map_or(0.0, |target| {
+            // Errors fall as the root of the samples.
+            (target / relative_error).powi(2).min(f64::from(self.batches) / f64::from(Stop::MIN_BATCHES))
+        });
+        let fraction = if ended.is_some() { 1.0 } else { by_samples.max(by_time).max(by_error).clamp(0.0, 1.0) };
+        Progress {
+            spp: self.spp,
+            fraction,
+            stats: self.stats,
+            rays_per_second: self.stats.rays as f64 / seconds.max(1e-9),
+            relative_error,
+            elapsed: self.elapsed,
+            remaining: (fraction > 0.0).then(|| Duration::try_from_secs_f64(seconds * (1.0 / fraction - 1.0)).ok()).flatten(),
+        }
+    }
+}
+
+impl Persistent for Rendering {
+    fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
+        let Rendering { film, share, next, batches, spp, stats, elapsed } = self;
+        film.persist(state)?;
+        state.value(&mut share.number)?;
+        state.value(&mut share.of)?;
+        state.value(next)?;
+        state.value(batches)?;
+        state.value(spp)?;
+        stats.persist(state)?;
+        persist_time(elapsed, state)
+    }
+}
+
+/// A render between two batches, or where it was interrupted: all that a checkpoint holds.
+pub struct Checkpointable<'a> {
+    /// What it has come to.
+    pub rendering: &'a mut Rendering,
+    /// What renders it.
+    pub integrator: &'a mut dyn Integrator,
+}
+
+impl Persistent for Checkpointable<'_> {
+    fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
+        self.rendering.persist(state)?;
+        self.integrator.persist(state)
+    }
+}
+
+/// Renders `batches` batches of `spp` samples and returns a film whose pixels are the means over blocks of `size` x `size`
+/// pixels. Its standard errors are those of the block means, correlations between the pixels of a batch included; `size` of the
+/// whole film gives the error of its mean.
+pub fn render_blocks(
+    integrator: &mut dyn Integrator,
+    settings: &FilmSettings,
+    size: u32,
+    batches: u32,
+    spp: u32,
+) -> Result<Film> {
+    let mut blocks = Film::new(&Film::block_settings(settings, size));
+    for index in 0..batches {
+        let mut batch = Film::new(settings);
+        integrator.render_batch(Batch::even(index, spp), &mut batch)?;
+        let sums: Vec<f64> = batch.block_means(size).iter().map(|mean| mean * f64::from(spp)).collect();
+        blocks.add_batch_f64(&sums, spp);
+    }
+    Ok(blocks)
+}
