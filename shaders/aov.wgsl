@@ -57,7 +57,7 @@ fn aov(start: Ray) -> Aov {
     beside = NOTHING;
 #endif
 #if INTERIORS
-    inside = params.inside;
+    inside = volumes_of(params.inside, params.inside_more);
 #endif
     for (var crossings = 0u; crossings <= MAX_CROSSINGS; crossings++) {
         let hit = trace(ray);

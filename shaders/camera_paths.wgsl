@@ -50,7 +50,7 @@ fn begin_path(pixel: vec2u, i: u32, local: u32) -> Ray {
     scale_beta(item.weight);
     start_path(ray);
 #if INTERIORS
-    inside = params.inside;
+    inside = volumes_of(params.inside, params.inside_more);
 #endif
 #if CAUSTICS
 #if !SENSOR_CAMERA

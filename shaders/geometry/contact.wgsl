@@ -50,6 +50,20 @@ fn share_a_corner(a: u32, b: u32) -> bool {
     return flat && (is_corner(s.r0.xyz, t) || is_corner(s.r1.xyz, t) || is_corner(s.r2.xyz, t));
 }
 
+// Whether a point of these weights of vertices 1 and 2 lies within `slack` of an edge of a triangle.
+fn is_at_edge(primitive: u32, bary: vec2f, slack: f32) -> bool {
+    let t = primitive_at(primitive);
+    if (bitcast<u32>(t.r0.w) >> 29u != PRIMITIVE_TRIANGLE) {
+        return false;
+    }
+    let e1 = t.r1.xyz - t.r0.xyz;
+    let e2 = t.r2.xyz - t.r0.xyz;
+    let e3 = e2 - e1;
+    // A weight is the distance from the edge across over the height above it, which is the doubled area over the edge's length.
+    let heights = length(cross(e1, e2)) * inverseSqrt(max(vec3f(dot(e3, e3), dot(e2, e2), dot(e1, e1)), vec3f(1e-37)));
+    return any(vec3f(1.0 - bary.x - bary.y, bary) * heights <= vec3f(slack));
+}
+
 // True for primitives that may bound the same volume, or are of the same material.
 fn are_alike(a: u32, b: u32) -> bool {
     let interior = load_Material(material_of(a)).interior;
@@ -79,7 +93,9 @@ fn settle_contact(ray: Ray, hit: ptr<function, Hit>) {
     let m = surface_at(ray, other).n;
     let touches = !is_behind && abs(dot(n, m)) > 0.99;
     let same_sense = dot(ray.d, n) * dot(ray.d, m) > 0.0;
-    let are_neighbours = are_alike((*hit).primitive, second) && select(share_a_corner((*hit).primitive, second), same_sense, touches);
+    // Of two that lie in each other neighbours have the hit at their edges; else they are copies of one volume that overlap.
+    let is_between = same_sense && (is_at_edge((*hit).primitive, (*hit).bary, slack) || is_at_edge(second, other.bary, slack));
+    let are_neighbours = are_alike((*hit).primitive, second) && select(share_a_corner((*hit).primitive, second), is_between, touches);
     (*hit).contact = select(NONE, second, touches && !are_neighbours);
     if (are_neighbours) {
         return;

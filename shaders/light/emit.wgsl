@@ -56,7 +56,7 @@ fn emit() -> Ray {
         beta[k] = lit * spectrum(light.row, k);
     }
 #if INTERIORS
-    inside = light.inside;
+    inside = volumes_of(light.inside, light.inside_more);
 #endif
     start_path(ray);
     path.connection_scale = 1.0;

@@ -1,52 +1,132 @@
-// Nested volumes by priority (Schmidt & Budge, "Simple nested dielectrics in ray traced images", JGT 7(2), 2002). A path keeps the multiset
-// of volumes it is inside; an entry is a rank (1 << 31 | priority << 16 | index into `interiors`), 0 an empty slot; the greatest rules.
+// Nested volumes by priority (Schmidt & Budge, "Simple nested dielectrics in ray traced images", JGT 7(2), 2002). A path keeps the volumes it is inside: a
+// slot for each is its rank << 16 | how many of its bodies there are, 0 an empty one. The greatest rank rules; it is the place of the volume's record in
+// `interiors`, which the host has put in order.
 #include "bsdf/material.wgsl"
 #include "geometry/trace.wgsl"
 #include "geometry/surface.wgsl"
 @group(0) @binding(8) var interiors: Table<Interior>;
 
-var<private> inside: vec4u;
+#if MANY_VOLUMES
+struct Volumes {
+    low: vec4u,
+    high: vec4u,
+}
 
-fn with_interior(volumes: vec4u, rank: u32) -> vec4u {
-    let empty = volumes == vec4u(0u);
+fn volumes_of(low: vec4u, high: vec4u) -> Volumes {
+    return Volumes(low, high);
+}
+
+fn select_volumes(a: Volumes, b: Volumes, is_b: bool) -> Volumes {
+    return Volumes(select(a.low, b.low, is_b), select(a.high, b.high, is_b));
+}
+
+fn ruling_interior(volumes: Volumes) -> u32 {
+    return max(greatest_rank(volumes.low), greatest_rank(volumes.high));
+}
+
+fn contains(volumes: Volumes, interior: u32) -> bool {
+    return any(slots_of(volumes.low, interior)) || any(slots_of(volumes.high, interior));
+}
+
+fn has_room(volumes: Volumes, interior: u32) -> bool {
+    if (contains(volumes, interior)) {
+        return !is_worn_out(volumes.low, interior) && !is_worn_out(volumes.high, interior);
+    }
+    return !all(volumes.low != vec4u(0u)) || !all(volumes.high != vec4u(0u));
+}
+
+fn with_interior(volumes: Volumes, interior: u32) -> Volumes {
+    let goes_low = any(slots_of(volumes.low, interior)) || (!any(slots_of(volumes.high, interior)) && !all(volumes.low != vec4u(0u)));
+    if (goes_low) {
+        return Volumes(with_slot(volumes.low, interior), volumes.high);
+    }
+    return Volumes(volumes.low, with_slot(volumes.high, interior));
+}
+
+fn without_interior(volumes: Volumes, interior: u32) -> Volumes {
+    return Volumes(without_slot(volumes.low, interior), without_slot(volumes.high, interior));
+}
+#else
+alias Volumes = vec4u;
+
+fn volumes_of(low: vec4u, high: vec4u) -> Volumes {
+    return low;
+}
+
+fn select_volumes(a: Volumes, b: Volumes, is_b: bool) -> Volumes {
+    return select(a, b, is_b);
+}
+
+// The volume that rules in `volumes`; 0 surrounds the scene.
+fn ruling_interior(volumes: Volumes) -> u32 {
+    return greatest_rank(volumes);
+}
+
+fn contains(volumes: Volumes, interior: u32) -> bool {
+    return any(slots_of(volumes, interior));
+}
+
+// Whether one more body of this volume can be kept.
+fn has_room(volumes: Volumes, interior: u32) -> bool {
+    return select(!all(volumes != vec4u(0u)), !is_worn_out(volumes, interior), contains(volumes, interior));
+}
+
+fn with_interior(volumes: Volumes, interior: u32) -> Volumes {
+    return with_slot(volumes, interior);
+}
+
+fn without_interior(volumes: Volumes, interior: u32) -> Volumes {
+    return without_slot(volumes, interior);
+}
+#endif
+
+var<private> inside: Volumes;
+
+fn greatest_rank(slots: vec4u) -> u32 {
+    return max(max(slots.x, slots.y), max(slots.z, slots.w)) >> 16u;
+}
+
+fn slots_of(slots: vec4u, interior: u32) -> vec4<bool> {
+    return slots >> vec4u(16u) == vec4u(interior);
+}
+
+// Whether as many bodies of this volume are counted as can be.
+fn is_worn_out(slots: vec4u, interior: u32) -> bool {
+    return any(slots == vec4u(interior << 16u | 0xffffu));
+}
+
+fn with_slot(slots: vec4u, interior: u32) -> vec4u {
+    let same = slots_of(slots, interior);
+    let empty = slots == vec4u(0u);
     let first = vec4<bool>(empty.x, empty.y && !empty.x, empty.z && !empty.y && !empty.x, empty.w && !empty.z && !empty.y && !empty.x);
-    return select(volumes, vec4u(rank), first);
+    return select(select(slots, vec4u(interior << 16u | 1u), first), select(slots, slots + vec4u(1u), same), any(same));
 }
 
-fn without_interior(volumes: vec4u, rank: u32) -> vec4u {
-    let same = volumes == vec4u(rank);
-    let first = vec4<bool>(same.x, same.y && !same.x, same.z && !same.y && !same.x, same.w && !same.z && !same.y && !same.x);
-    return select(volumes, vec4u(0u), first);
-}
-
-fn ruling_rank(volumes: vec4u) -> u32 {
-    return max(max(volumes.x, volumes.y), max(volumes.z, volumes.w));
-}
-
-// Index into `interiors` of the volume that rules in `volumes`; 0 surrounds the scene.
-fn ruling_interior(volumes: vec4u) -> u32 {
-    return ruling_rank(volumes) & 0xffffu;
+fn without_slot(slots: vec4u, interior: u32) -> vec4u {
+    let fewer = select(slots - vec4u(1u), vec4u(0u), (slots & vec4u(0xffffu)) == vec4u(1u));
+    return select(slots, fewer, slots_of(slots, interior));
 }
 
 // The volumes before and behind a surface. Which side is which is geometry: what a path leaves it was in, whatever it believed.
 struct Sides {
-    here: vec4u,
-    beyond: vec4u,
+    here: Volumes,
+    beyond: Volumes,
     crowded: bool, // There are more than have room: what lies beyond is not known.
 }
 
-// Entering adds a volume, also one that is there already (two of a kind may overlap); leaving takes one away.
+// Entering adds a body of a volume, also where there is one already; leaving takes one away.
 fn cross_one(sides: Sides, interior: u32, enters: bool) -> Sides {
-    let rank = load_Interior(interior).rank;
     if (enters) {
-        return Sides(sides.here, with_interior(sides.beyond, rank), sides.crowded || all(sides.beyond != vec4u(0u)));
+        return Sides(sides.here, with_interior(sides.beyond, interior), sides.crowded || !has_room(sides.beyond, interior));
     }
-    let others = without_interior(sides.here, rank);
-    return Sides(with_interior(others, rank), without_interior(sides.beyond, rank), sides.crowded || all(others != vec4u(0u)));
+    let is_known = contains(sides.here, interior);
+    let here = select_volumes(with_interior(sides.here, interior), sides.here, is_known);
+    let crowded = sides.crowded || !(is_known || has_room(sides.here, interior));
+    return Sides(here, without_interior(sides.beyond, interior), crowded);
 }
 
 // What `ray` crosses at `hit`. Surfaces that touch are crossed together: optical contact, whichever was found first.
-fn cross_surface(volumes: vec4u, ray: Ray, s: Surface, interior: u32, hit: Hit) -> Sides {
+fn cross_surface(volumes: Volumes, ray: Ray, s: Surface, interior: u32, hit: Hit) -> Sides {
     let sides = cross_one(Sides(volumes, volumes, false), interior, dot(ray.d, s.n) < 0.0);
 #if CONTACT
     if (hit.contact != NONE) {
@@ -62,15 +142,15 @@ fn cross_surface(volumes: vec4u, ray: Ray, s: Surface, interior: u32, hit: Hit) 
 // Whether light of every kind goes straight on through a surface of material `m`: there is nothing, the same volume rules on both sides, or volumes of equal
 // index do (whose rows of the spectral table are one) and no film lies between.
 fn is_invisible(m: Material, sides: Sides) -> bool {
-    let here = ruling_rank(sides.here);
-    let beyond = ruling_rank(sides.beyond);
+    let here = ruling_interior(sides.here);
+    let beyond = ruling_interior(sides.beyond);
     var invisible = m.kind == MATERIAL_KIND_BOUNDARY || here == beyond;
 #if DIELECTRIC
     var is_bare = true;
 #if THIN_FILM
     is_bare = m.kind != MATERIAL_KIND_SMOOTH_DIELECTRIC || m.c == 0u;
 #endif
-    invisible = invisible || (is_bare && load_Interior(here & 0xffffu).eta_row == load_Interior(beyond & 0xffffu).eta_row);
+    invisible = invisible || (is_bare && load_Interior(here).eta_row == load_Interior(beyond).eta_row);
 #endif
     return invisible;
 }

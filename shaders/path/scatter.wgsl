@@ -32,8 +32,8 @@ struct Interaction {
     cos_from: f32, // cosine to where the path comes from, 1 in a medium
     extinction: f32, // of a medium, 0 on a surface
 #if INTERIORS
-    here: vec4u, // volumes on the side of the path
-    beyond: vec4u, // and on the other side
+    here: Volumes, // volumes on the side of the path
+    beyond: Volumes, // and on the other side
 #endif
 }
 
@@ -94,8 +94,8 @@ fn vertex_towards(at: ptr<function, Interaction>, mu: f32, densities: BsdfPdf) -
 
 #if INTERIORS
 // Volumes on the side that a direction of cosine `mu` goes to.
-fn volumes_towards(at: ptr<function, Interaction>, mu: f32) -> vec4u {
-    return select((*at).beyond, (*at).here, mu > 0.0 || is_in_medium(at));
+fn volumes_towards(at: ptr<function, Interaction>, mu: f32) -> Volumes {
+    return select_volumes((*at).beyond, (*at).here, mu > 0.0 || is_in_medium(at));
 }
 #endif
 
@@ -148,7 +148,7 @@ fn shadow_then(next: Ray, survives: bool, light: LightSample, o: vec3f, from_pri
 
 #if INTERIORS
 // Volumes that the shadow ray starts in.
-fn shadow_starts_in(volumes: vec4u, light: LightSample) {
+fn shadow_starts_in(volumes: Volumes, light: LightSample) {
 #if PASS_THROUGH
     shadow_inside = volumes;
 #elif MEDIA

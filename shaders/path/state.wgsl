@@ -3,6 +3,9 @@
 #include "common/params.wgsl"
 #include "common/spectra.wgsl"
 #include "geometry/trace.wgsl"
+#if INTERIORS
+#include "medium/interiors.wgsl"
+#endif
 
 var<private> pass_of_path: u32; // pass within the table of spectra
 var<private> beta: array<vec4f, WAVELENGTHS4>; // throughput per wavelength
@@ -104,7 +107,9 @@ var<private> path: Path;
 #if CONNECT
 var<private> next_ray: Ray; // the path's next segment, while its shadow ray is under way
 #if PASS_THROUGH
-var<private> shadow_inside: vec4u; // volumes that the shadow ray is in
+#if INTERIORS
+var<private> shadow_inside: Volumes; // volumes that the shadow ray is in
+#endif
 #endif
 #if CONTACT
 var<private> next_beside: Beside; // what lies beside the next segment's origin

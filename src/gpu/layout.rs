@@ -267,8 +267,10 @@ shared_records! {
         axis_z: Vec4,
         /// Half extents of the picture at distance 1 (or of the orthographic rectangle), lens radius, focus distance; radius of a sphere sensor.
         half_extent: Vec4,
-        /// Ranks of the volumes that rays start in.
+        /// Volumes that rays start in, as slots of medium/interiors.wgsl ...
         inside: UVec4,
+        /// ... and those beyond four.
+        inside_more: UVec4,
         /// Plane sensor: q . dual_u runs from 0 to 1 along its edge u; w is its area.
         dual_u: Vec4,
         /// Likewise along its edge v.
@@ -415,7 +417,7 @@ shared_records! {
     struct Material {
         /// MATERIAL_KIND_*.
         kind: u32,
-        /// Index into the interiors, or NO_INDEX.
+        /// Rank of the volume behind it, or NO_INDEX.
         interior: u32,
         /// See the kind.
         a: u32,
@@ -455,7 +457,7 @@ shared_records! {
         v: Vec4,
     }
 
-    /// A volume.
+    /// A volume; the place of its record is its rank.
     struct Interior {
         /// Row of the index of refraction.
         eta_row: u32,
@@ -467,12 +469,12 @@ shared_records! {
         dispersive: u32,
         /// Henyey-Greenstein asymmetry.
         g: f32,
-        /// Its entry in the set of volumes around a path; 0 for the surroundings.
-        rank: u32,
         /// Unused.
         pad_0: u32,
         /// Unused.
         pad_1: u32,
+        /// Unused.
+        pad_2: u32,
     }
 
     /// A mesh in one of its places.
@@ -523,8 +525,10 @@ shared_records! {
         alias_index: u32,
         /// Area of the primitive, m^2.
         area: f32,
-        /// Ranks of the volumes that it lies in.
+        /// Volumes that it lies in, as slots of medium/interiors.wgsl ...
         inside: UVec4,
+        /// ... and those beyond four.
+        inside_more: UVec4,
     }
 }
 

@@ -3,7 +3,8 @@
 
 use super::Techniques;
 use crate::geometry::{Bounds, bounds};
-use crate::gpu::scene::light_grid_pays;
+use crate::gpu::scene::{SLOTS, light_grid_pays};
+use crate::scene::volumes::most_overlapping;
 use crate::scene::{Filter, Geometry, Interior, Light, Material, Mesh, Scene, Sensor, Shape};
 use crate::spectrum::Ior;
 use glam::DVec3;
@@ -134,6 +135,8 @@ features! {
         let around = (n.has(Feature::Conductor) || n.has(Feature::Coat)) && n.scene.interiors[0].ior != Ior::constant(1.0);
         n.has(Feature::Dielectric) || !n.volumes.is_empty() || n.has(Feature::Media) || around
     };
+    /// There may be more volumes in one place than have room in four slots.
+    ManyVolumes "MANY_VOLUMES" in Shapes as "many volumes in one place" if |n| n.has(Feature::Interiors) && most_overlapping(n.scene) > SLOTS;
     /// Surfaces that lie in each other.
     Contact "CONTACT" in Shapes as "surfaces in contact" if |n| volumes_touch(n.scene);
     /// Surfaces that a shadow ray may find not to be there.

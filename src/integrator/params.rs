@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::gpu::layout::Params;
-use crate::gpu::scene::{GpuScene, ranks};
+use crate::gpu::scene::{GpuScene, volume_stack};
 use crate::scene::initial_interiors;
 use crate::scene::{Filter, Scene, Sensor};
 use glam::{DVec3, Vec4};
@@ -80,8 +80,8 @@ pub(super) fn params(
     };
     p.inverse_quantum = (pixel_measure / power.max(1e-30) * 0.5f64.powi(-24)).clamp(1e-30, 1e30) as f32;
     let around = initial_interiors(scene, &[start]);
-    p.inside = ranks(scene, &around[0]).ok_or_else(|| {
-        Error::usage("the sensor lies inside more than 4 nested volumes", "remove some of the glasses or media around it")
+    [p.inside, p.inside_more] = volume_stack(scene, &around[0]).ok_or_else(|| {
+        Error::usage("the sensor lies inside more than 8 different volumes", "remove some of the glasses or media around it")
     })?;
     Ok(p)
 }

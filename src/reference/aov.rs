@@ -34,7 +34,7 @@ impl Stage {
         for _ in 0..=MAX_STRAIGHT {
             let hits = self.world.intersect(&ray);
             let met: Vec<(&Hit, usize)> =
-                hits.iter().map(|h| (h, self.scene.bare(self.scene.shapes[h.shape].material))).collect();
+                hits.iter().map(|h| (h, self.scene.bounding_part(self.scene.shapes[h.shape].material))).collect();
             let albedo = |hit: &Hit| albedos[self.scene.shapes[hit.shape].material];
             let seen = |hit: &Hit| Hit { ns: if ray.dir.dot(hit.ng) > 0.0 { -hit.ns } else { hit.ns }, ..*hit };
             // Of surfaces that coincide the boundaries of volumes come last.

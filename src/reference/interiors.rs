@@ -1,6 +1,6 @@
 //! What a crossing of boundaries of interiors means.
 //!
-//! A path keeps a multiset of the interiors it is inside. Where several overlap the greatest `(priority, index)` rules; where none is,
+//! A path keeps a multiset of the interiors it is inside. Where several overlap the greatest `(priority, depth, index)` rules; where none is,
 //! `interiors[0]`. Surfaces that coincide (glass on glass, a prism on the floor) are taken together, as optical contact.
 
 use crate::geometry::world::Hit;
@@ -9,7 +9,7 @@ use glam::DVec3;
 
 /// The interior that rules where all of `inside` overlap.
 pub(super) fn ruling(scene: &Scene, inside: &[usize]) -> usize {
-    inside.iter().copied().max_by_key(|&i| (scene.interiors[i].priority, i)).unwrap_or(0)
+    inside.iter().copied().max_by_key(|&i| (scene.interiors[i].priority, scene.interiors[i].depth, i)).unwrap_or(0)
 }
 
 /// What a ray finds where it crosses boundaries of interiors, all at one place.

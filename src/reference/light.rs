@@ -170,7 +170,7 @@ impl Stage {
         let wavelengths = wavelengths(&|nm| sides * PI * area * emission.radiance.eval(nm, uv));
         let on = vec![self.world.first_prim(shape) + triangle as u32];
         // If the way up leads through the light's own surface, that crossing is known; it is not to be found again.
-        let own = scene.interior_of(scene.shapes[shape].material);
+        let own = scene.volume_of(&scene.shapes[shape]);
         let through = n.dot(up()) < 0.0;
         let met = own.filter(|_| through).map(|interior| (interior, outward.dot(up()) < 0.0));
         let t_min = on_surface(p, self.world.extent);

@@ -397,10 +397,11 @@ pub(super) fn sheens(scene: &Scene) -> BTreeMap<usize, Sheen> {
     scene.materials.iter().enumerate().filter_map(of).collect()
 }
 
-/// How much of a straight ray passes a surface of material number `index` unscattered, per wavelength; dielectrics are not asked here.
+/// How much of a straight ray passes a surface of material number `index` unscattered, per wavelength, if its
+/// dielectrics do not refract there.
 pub(super) fn straight_share(scene: &Scene, index: usize, cos: f64, uv: DVec2, nm: f64) -> f64 {
     match &scene.materials[index] {
-        Material::Boundary { .. } => 1.0,
+        Material::Boundary { .. } | Material::Dielectric { .. } => 1.0,
         Material::ThinDielectric { ior } => match scene.thin_films.get(&index) {
             Some(film) => 1.0 - film.between(1.0, (1.0, 0.0), nm).reflectance(cos),
             None => 1.0 - fresnel::thin_pane(cos, ior.eval(nm)),
@@ -411,7 +412,6 @@ pub(super) fn straight_share(scene: &Scene, index: usize, cos: f64, uv: DVec2, n
             w * straight_share(scene, *a, cos, uv, nm) + (1.0 - w) * straight_share(scene, *b, cos, uv, nm)
         }
         Material::Diffuse { .. }
-        | Material::Dielectric { .. }
         | Material::Conductor { .. }
         | Material::ColoredConductor { .. }
         | Material::Coated { .. }

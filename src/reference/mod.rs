@@ -112,7 +112,7 @@ impl ReferenceIntegrator {
             emitters: Emitters::new(scene, ball),
             observer: library::observer(Observer::Cie1931),
             interiors_at_eye,
-            has_interiors: scene.materials.iter().any(|m| m.interior().is_some()),
+            has_interiors: inside::has_volumes(scene),
             has_environment: scene.lights.iter().any(|l| l.is_distant() && !l.is_delta()),
             scene: scene.clone(),
             world,

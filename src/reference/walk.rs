@@ -223,16 +223,16 @@ impl Stage {
                 return share;
             }
             let met: Vec<(&Hit, usize)> =
-                hits.iter().map(|h| (h, self.scene.bare(self.scene.shapes[h.shape].material))).collect();
-            for (hit, _) in met.iter().filter(|(_, m)| self.scene.materials[*m].interface().is_none()) {
+                hits.iter().map(|h| (h, self.scene.bounding_part(self.scene.shapes[h.shape].material))).collect();
+            let (beyond, crossing) = cross(&self.scene, &inside, ray.dir, &met);
+            if let Crossing::Interface { .. } = crossing {
+                break;
+            }
+            for (hit, _) in &met {
                 let cos = ray.dir.dot(hit.ns).abs();
                 share.iter_mut().zip(wavelengths).for_each(|(s, l)| {
                     *s *= straight_share(&self.scene, self.scene.shapes[hit.shape].material, cos, hit.uv, l.nm)
                 });
-            }
-            let (beyond, crossing) = cross(&self.scene, &inside, ray.dir, &met);
-            if let Crossing::Interface { .. } = crossing {
-                break;
             }
             if share.iter().all(|&s| s == 0.0) {
                 break;

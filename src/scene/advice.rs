@@ -3,9 +3,11 @@
 mod sight;
 
 use crate::geometry::{Bounds, bounds, corners};
+use crate::scene::bodies::Weld;
 use crate::scene::bounds_of_all;
 use crate::scene::initial_interiors;
 use crate::scene::mesh;
+use crate::scene::overlaps;
 use crate::scene::{Geometry, Interior, Light, Mesh, Scene, Shape};
 use glam::{DVec2, DVec3};
 use sight::sight;
@@ -29,7 +31,7 @@ const MOST_AT_ONCE: usize = 300_000;
 
 /// Advice on a scene, one line each: nothing where nothing looks like a mistake.
 pub fn advice(scene: &Scene) -> Vec<String> {
-    let slow = [solids, overlapping_faces, lights_inside];
+    let slow = [solids, overlapping_volumes, overlapping_faces, lights_inside];
     slow.into_iter().map(|kind| kind(scene)).flat_map(few).chain(quick_advice(scene)).collect()
 }
 
@@ -64,7 +66,7 @@ fn inside_out(scene: &Scene) -> Vec<String> {
         }
         _ => false,
     };
-    let volumes = scene.shapes.iter().filter(|s| interior_of(scene, s.material).is_some());
+    let volumes = scene.shapes.iter().filter(|s| scene.volume_of(s).is_some());
     let line = |s: &Shape| {
         format!(
             "the triangles of {:?} face inwards, so its inside is outside; turn them round (Blender: Mesh > Normals > Recalculate Outside)",
@@ -86,33 +88,30 @@ fn unlit(scene: &Scene) -> Vec<String> {
     Vec::new()
 }
 
-/// The interior that a material encloses, mixtures too.
-fn interior_of(scene: &Scene, material: usize) -> Option<usize> {
-    scene.made_of(material).into_iter().find_map(|m| scene.materials[m].interior())
-}
-
 /// Are the surfaces of volumes closed, and are their faces turned one way?
 fn solids(scene: &Scene) -> Vec<String> {
     let mut parts: BTreeMap<usize, Vec<&Shape>> = BTreeMap::new();
     for shape in &scene.shapes {
-        if let Some(interior) = interior_of(scene, shape.material) {
+        if let Some(interior) = scene.volume_of(shape) {
             parts.entry(interior).or_default().push(shape);
         }
     }
     let mut out = Vec::new();
-    parts.iter().for_each(|(&interior, parts)| solid(&scene.interiors[interior].name, parts, &mut out));
+    parts.iter().for_each(|(&interior, parts)| solid(scene, interior, parts, &mut out));
     out
 }
 
-/// All shapes that bound the volume `name` count together.
-fn solid(name: &str, parts: &[&Shape], out: &mut Vec<String>) {
-    let is_disc =
-        |at: DVec3| parts.iter().any(|s| matches!(&s.geometry, Geometry::Disc { center, .. } if center.distance(at) < 1e-6));
+/// All shapes that bound this volume count together, and other surfaces where they close it.
+fn solid(scene: &Scene, interior: usize, parts: &[&Shape], out: &mut Vec<String>) {
+    let name = &scene.interiors[interior].name;
+    let is_disc = |at: DVec3| {
+        scene.shapes.iter().any(|s| matches!(&s.geometry, Geometry::Disc { center, .. } if center.distance(at) < 1e-6))
+    };
     // Edges by the places of their ends, of which those within rounding (in seams, of single precision) are one: how often they are passed one way and
     // the other.
     let mut edges: HashMap<[[i64; 3]; 2], [u32; 2]> = HashMap::new();
     let size = parts.iter().fold(Bounds::EMPTY, |b, s| b.union(bounds(&s.geometry)));
-    let grain = (1e-6 * (size.max - size.min).length()).max(f64::MIN_POSITIVE);
+    let weld = Weld::new(size);
     let (mut area, mut sum) = (0.0, DVec3::ZERO);
     for shape in parts {
         match &shape.geometry {
@@ -121,14 +120,8 @@ fn solid(name: &str, parts: &[&Shape], out: &mut Vec<String>) {
                     let c = corners(mesh, t);
                     let normal = (c[1] - c[0]).cross(c[2] - c[0]);
                     (area, sum) = (area + normal.length(), sum + normal);
-                    let ends = c.map(|p| ((p - size.min) / grain).to_array().map(|v| v.round() as i64));
-                    for i in 0..3 {
-                        let (a, b) = (ends[i], ends[(i + 1) % 3]);
-                        if a == b {
-                            continue;
-                        }
-                        let way = usize::from(a > b);
-                        edges.entry([a.min(b), a.max(b)]).or_default()[way] += 1;
+                    for (edge, way) in edges_of(&weld, c) {
+                        edges.entry(edge).or_default()[way] += 1;
                     }
                 }
             }
@@ -139,7 +132,16 @@ fn solid(name: &str, parts: &[&Shape], out: &mut Vec<String>) {
             _ => {}
         }
     }
-    let open = edges.values().filter(|[a, b]| a + b == 1).count();
+    let mut open: BTreeSet<[[i64; 3]; 2]> = edges.iter().filter(|(_, [a, b])| a + b == 1).map(|(edge, _)| *edge).collect();
+    let is_near = |s: &&Shape| scene.volume_of(s) != Some(interior) && bounds(&s.geometry).overlaps(&size);
+    for other in scene.shapes.iter().filter(is_near) {
+        if let (Geometry::Mesh(mesh), false) = (&other.geometry, open.is_empty()) {
+            (0..mesh.triangles.len()).flat_map(|t| edges_of(&weld, corners(mesh, t))).for_each(|(edge, _)| {
+                open.remove(&edge);
+            });
+        }
+    }
+    let open = open.len();
     // A sheet that faces upwards is the surface of something deep, such as water.
     let is_sheet = sum.y > 0.5 * area;
     if open > 0 && !is_sheet {
@@ -153,6 +155,28 @@ fn solid(name: &str, parts: &[&Shape], out: &mut Vec<String>) {
              (Blender: Mesh > Normals > Recalculate Outside)"
         ));
     }
+}
+
+/// The edges of a triangle that have a length, by the places of their ends, and which way they are passed.
+fn edges_of(weld: &Weld, corners: [DVec3; 3]) -> impl Iterator<Item = ([[i64; 3]; 2], usize)> {
+    let ends = corners.map(|p| weld.place(p));
+    let edges = (0..3).map(move |i| (ends[i], ends[(i + 1) % 3]));
+    edges.filter(|(a, b)| a != b).map(|(a, b)| ([a.min(b), a.max(b)], usize::from(a > b)))
+}
+
+/// Volumes of equal priority that overlap, none of which lies within the other.
+fn overlapping_volumes(scene: &Scene) -> Vec<String> {
+    let name = |shape: usize| &scene.shapes[shape].name;
+    let line = |[under, over]: [usize; 2]| {
+        format!(
+            "{:?} and {:?} overlap with the same priority, and there {:?} rules as it comes later; give one of them a greater \"priority\", or move them \
+             apart",
+            name(under),
+            name(over),
+            name(over)
+        )
+    };
+    overlaps(scene).into_iter().map(line).collect()
 }
 
 /// A triangle in its plane.
@@ -228,7 +252,7 @@ fn overlap(a: &[DVec2; 3], b: &[DVec2; 3]) -> bool {
 fn lights_inside(scene: &Scene) -> Vec<String> {
     let placed = |light: &Light| Some((format!("a {}", light.name()), light.position()?));
     let mut places: Vec<(String, DVec3)> = scene.lights.iter().filter_map(placed).collect();
-    for shape in scene.shapes.iter().filter(|s| emits(s) && interior_of(scene, s.material).is_none()) {
+    for shape in scene.shapes.iter().filter(|s| emits(s) && scene.volume_of(s).is_none()) {
         let at = match &shape.geometry {
             Geometry::Mesh(mesh) => corners(mesh, 0).iter().sum::<DVec3>() / 3.0,
             Geometry::Instance(instance) => 0.5 * (instance.bounds().min + instance.bounds().max),
@@ -250,7 +274,7 @@ fn lights_inside(scene: &Scene) -> Vec<String> {
 fn units(scene: &Scene) -> Vec<String> {
     let size = |b: Bounds| if b.is_empty() { 0.0 } else { (b.max - b.min).max_element() };
     let whole = size(bounds_of_all(&scene.shapes));
-    let is_glass = |s: &&Shape| scene.materials[scene.bare(s.material)].interface().is_some();
+    let is_glass = |s: &&Shape| scene.materials[scene.bounding_part(s.material)].interface().is_some();
     let glass =
         scene.shapes.iter().filter(is_glass).map(|s| (size(bounds(&s.geometry)), &s.name)).max_by(|a, b| a.0.total_cmp(&b.0));
     let remedy = "lengths are metres: if they were meant as millimetres, scale everything by 0.001";

@@ -11,12 +11,12 @@ pub(crate) const MAX_STRAIGHT: u32 = 10_000;
 /// The interiors that hold each of `points`: crossings of dielectrics and boundaries, signed, along a ray upwards to infinity. Slightly
 /// tilted, so that it does not run along walls; upwards, so that an open sheet of water is above whoever is in it.
 pub fn initial_interiors(scene: &Scene, points: &[DVec3]) -> Vec<Vec<usize>> {
-    if points.is_empty() || !scene.materials.iter().any(|m| m.interior().is_some()) {
+    if points.is_empty() || !has_volumes(scene) {
         return vec![Vec::new(); points.len()];
     }
     // Only volumes that may be met: a scene can have many millions of triangles, and so can its instances.
     let may_be_met = |shape: &&Shape| {
-        scene.interior_of(shape.material).is_some() && {
+        scene.volume_of(shape).is_some() && {
             let b = bounds(&shape.geometry);
             points.iter().any(|&p| passes(&b, p))
         }
@@ -39,21 +39,31 @@ pub(crate) fn up() -> DVec3 {
 }
 
 /// As [`initial_interiors`], from a ray along [`up`] and crossings already `met` at its origin, as (interior, entered).
-pub(crate) fn interiors_at(scene: &Scene, world: &World, mut ray: Ray, met: Vec<(usize, bool)>) -> Vec<usize> {
+pub(crate) fn interiors_at(scene: &Scene, world: &World, ray: Ray, met: Vec<(usize, bool)>) -> Vec<usize> {
     let mut count = vec![0i64; scene.interiors.len()];
     let mut tally = |(interior, entered): (usize, bool)| count[interior] += if entered { -1 } else { 1 };
     met.into_iter().for_each(&mut tally);
-    if scene.materials.iter().any(|m| m.interior().is_some()) {
-        for _ in 0..MAX_STRAIGHT {
-            let hits = world.intersect(&ray);
-            let Some(first) = hits.first() else { break };
-            for hit in &hits {
-                if let Some(interior) = scene.interior_of(scene.shapes[hit.shape].material) {
-                    tally((interior, ray.dir.dot(hit.ng) < 0.0));
-                }
+    if has_volumes(scene) {
+        crossings(world, ray, |shape, entered| {
+            if let Some(interior) = scene.volume_of(&scene.shapes[shape]) {
+                tally((interior, entered));
             }
-            ray = Ray { origin: first.p, dir: ray.dir, t_min: 0.0, on: hits.iter().map(|h| h.prim).collect() };
-        }
+        });
     }
     count.iter().enumerate().flat_map(|(i, &n)| std::iter::repeat_n(i, n.clamp(0, 256) as usize)).collect()
+}
+
+/// Are there surfaces that bound a volume?
+pub(crate) fn has_volumes(scene: &Scene) -> bool {
+    scene.materials.iter().any(|m| m.interior().is_some()) || scene.shapes.iter().any(|s| s.interior.is_some())
+}
+
+/// Every surface that `ray` crosses on its way, as the number of its shape and whether it enters there.
+pub(super) fn crossings(world: &World, mut ray: Ray, mut crossed: impl FnMut(usize, bool)) {
+    for _ in 0..MAX_STRAIGHT {
+        let hits = world.intersect(&ray);
+        let Some(first) = hits.first() else { break };
+        hits.iter().for_each(|hit| crossed(hit.shape, ray.dir.dot(hit.ng) < 0.0));
+        ray = Ray { origin: first.p, dir: ray.dir, t_min: 0.0, on: hits.iter().map(|h| h.prim).collect() };
+    }
 }

@@ -1,25 +1,33 @@
-//! Volumes of matched index.
+//! Indices that match.
 
-use super::{Material, Scene};
+use super::{Interior, Material, Scene};
 use crate::spectrum::Ior;
 use std::collections::HashMap;
 
-impl Scene {
-    /// Gives volumes of matched index ([`Ior::matches`]) the very same one, however each was written: that of the first. From here on indices are equal or
-    /// they differ, and a boundary between equal ones is not there. Nor is a pane of the index around it.
-    pub(super) fn match_indices(&mut self) {
-        let (lo, hi) = (self.film.bins.min_nm, self.film.bins.max_nm);
+/// Volumes of indices that differ, by their value at the film's shortest wavelength.
+#[derive(Default)]
+pub(super) struct Indices(HashMap<i64, Vec<usize>>);
+
+impl Indices {
+    /// Gives volume `new` the very same index as the first that matches ([`Ior::matches`]), however each was written, and returns that first, or itself.
+    /// From here on indices are equal or they differ, and a boundary between equal ones is not there.
+    pub fn add(&mut self, interiors: &mut [Interior], new: usize, (lo, hi): (f64, f64)) -> usize {
         // What matches is at most one cell apart.
-        let cell = |n: f64| (n / 1e-5).round() as i64;
-        let mut firsts: HashMap<i64, Vec<usize>> = HashMap::new();
-        for i in 0..self.interiors.len() {
-            let at = cell(self.interiors[i].ior.eval(lo));
-            let known = (at - 1..=at + 1).filter_map(|cell| firsts.get(&cell)).flatten().copied();
-            match known.filter(|&j| self.interiors[j].ior.matches(&self.interiors[i].ior, lo, hi)).min() {
-                Some(first) => self.interiors[i].ior = self.interiors[first].ior.clone(),
-                None => firsts.entry(at).or_default().push(i),
-            }
-        }
+        let cell = (interiors[new].ior.eval(lo) / 1e-5).round() as i64;
+        let near = (cell - 1..=cell + 1).filter_map(|cell| self.0.get(&cell)).flatten().copied();
+        let Some(first) = near.filter(|&i| interiors[i].ior.matches(&interiors[new].ior, lo, hi)).min() else {
+            self.0.entry(cell).or_default().push(new);
+            return new;
+        };
+        interiors[new].ior = interiors[first].ior.clone();
+        first
+    }
+}
+
+impl Scene {
+    /// A pane of the index around it is nothing.
+    pub(super) fn match_panes(&mut self) {
+        let (lo, hi) = (self.film.bins.min_nm, self.film.bins.max_nm);
         for (i, material) in self.materials.iter_mut().enumerate() {
             if let Some(ior) = material.pane()
                 && !self.thin_films.contains_key(&i)

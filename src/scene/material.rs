@@ -1,7 +1,7 @@
 //! Materials, and what the rest of the program asks them: where a stage does not handle every kind by itself, it asks here and knows no kinds.
 
-use super::Scene;
 use super::texture::{ImageTexture, Texture};
+use super::{Scene, Shape};
 use crate::bsdf::fresnel;
 use crate::spectrum::{Ior, Spectrum};
 use std::sync::Arc;
@@ -92,6 +92,19 @@ pub enum Material {
     },
 }
 
+/// How light gets through a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Passage {
+    /// Not at all.
+    None,
+    /// Straight through a pane, or where there is nothing.
+    Straight,
+    /// Straight into this interior, or out of it.
+    Into(usize),
+    /// Likewise, refracted.
+    Refracted(usize),
+}
+
 impl Material {
     /// No surface, with nothing behind it.
     pub const NOTHING: Material = Material::Boundary { interior: None };
@@ -103,14 +116,6 @@ impl Material {
             Material::NormalMapped { base, .. } | Material::Coated { base, .. } | Material::Sheen { base, .. } => vec![*base],
             Material::Graded { first, levels, .. } => (*first..first + levels.len()).collect(),
             _ => Vec::new(),
-        }
-    }
-
-    /// The first of the materials that differ from it in their normals or roughness alone.
-    pub fn varied(&self) -> Option<usize> {
-        match self {
-            Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => Some(*base),
-            _ => None,
         }
     }
 
@@ -131,6 +136,15 @@ impl Material {
         match self {
             Material::Dielectric { interior, .. } => Some(*interior),
             Material::Boundary { interior } => *interior,
+            _ => None,
+        }
+    }
+
+    /// Its interior, to be changed.
+    pub(super) fn interior_mut(&mut self) -> Option<&mut usize> {
+        match self {
+            Material::Dielectric { interior, .. } => Some(interior),
+            Material::Boundary { interior } => interior.as_mut(),
             _ => None,
         }
     }
@@ -208,17 +222,40 @@ impl Scene {
         all
     }
 
-    /// The material whose normals or roughness vary in this one, or else itself.
-    pub fn bare(&self, mut index: usize) -> usize {
-        while let Some(base) = self.materials[index].varied() {
-            index = base;
-        }
-        index
+    /// The part of it that bounds an interior, or else itself.
+    pub fn bounding_part(&self, material: usize) -> usize {
+        self.made_of(material).into_iter().find(|&m| self.materials[m].interior().is_some()).unwrap_or(material)
     }
 
-    /// The interior that a surface of this material encloses: its own, or that of the material whose normals or roughness vary.
+    /// The interior that a surface of this material encloses: its own, or that of what it is made of. A mixture has one, that of its parts
+    /// ([`Scene::passage`]).
     pub fn interior_of(&self, material: usize) -> Option<usize> {
-        self.materials[self.bare(material)].interior()
+        let of_parts = || self.materials[material].parts().into_iter().find_map(|part| self.interior_of(part));
+        self.materials[material].interior().or_else(of_parts)
+    }
+
+    /// The interior that a shape bounds.
+    pub fn volume_of(&self, shape: &Shape) -> Option<usize> {
+        self.interior_of(shape.material).or(shape.interior)
+    }
+
+    /// How light gets through a surface of this material.
+    ///
+    /// # Errors
+    /// The two ways of a mixture through which light gets in two ways: paths that took them would differ in what they believe to be in, and radiance behind
+    /// an index of n is n^2 of what it is before it, so that a mixture of refraction and straight passage would make light or lose it.
+    pub fn passage(&self, material: usize) -> Result<Passage, [Passage; 2]> {
+        let ways = self.made_of(material).into_iter().map(|m| match &self.materials[m] {
+            Material::Dielectric { interior, .. } => Passage::Refracted(*interior),
+            Material::Boundary { interior: Some(interior) } => Passage::Into(*interior),
+            Material::Boundary { interior: None } | Material::ThinDielectric { .. } => Passage::Straight,
+            _ => Passage::None,
+        });
+        ways.filter(|way| *way != Passage::None).try_fold(Passage::None, |so_far, way| match so_far {
+            Passage::None => Ok(way),
+            _ if so_far == way => Ok(way),
+            _ => Err([so_far, way]),
+        })
     }
 
     /// What a material looks like at `nm` without light and shade, pictures by their mean: what it reflects at normal incidence (1 for glass), and the

@@ -4,6 +4,7 @@
 //! and the reference) take this type and nothing else. Lengths are metres, right-handed, Y up; radiance is W m^-2 sr^-1 nm^-1.
 
 mod advice;
+mod bodies;
 mod gltf;
 mod grain;
 pub mod inside;
@@ -17,6 +18,7 @@ pub mod roughness;
 mod sensor;
 pub mod texture;
 mod types;
+pub mod volumes;
 
 pub use crate::geometry::{Geometry, Instance, Mesh};
 pub use crate::spectrum::Bins;
@@ -27,8 +29,9 @@ pub use json::keys;
 pub use json::load::{LoadOptions, load, load_str};
 pub use lamp::profile::{Profile, ProfileCell};
 pub use light::{EnvironmentMap, Light, Placement};
-pub use material::Material;
+pub use material::{Material, Passage};
 pub(crate) use mesh::read as read_mesh;
 pub use sensor::{FilmSettings, Filter, Sensor, WavelengthSampling};
 pub use texture::Texture;
 pub use types::*;
+pub use volumes::overlaps;

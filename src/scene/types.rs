@@ -88,7 +88,8 @@ impl ThinFilm {
     }
 }
 
-/// A volume: index of refraction and homogeneous participating medium. Where volumes overlap the greatest `(priority, index)` rules.
+/// A volume: index of refraction and homogeneous participating medium. Surfaces bound it, as many as there are; copies of it that overlap count once. Where
+/// different volumes overlap, that of the greatest `(priority, depth, index)` rules (Schmidt & Budge, JGT 7(2), 2002, and the depth of nesting).
 #[derive(Debug, Clone)]
 pub struct Interior {
     /// For messages.
@@ -103,6 +104,8 @@ pub struct Interior {
     pub g: f64,
     /// Rank where volumes overlap (0 to 255).
     pub priority: u8,
+    /// How many bodies of this priority, and of other content from one to the next, hold those of this volume ([`super::volumes`]).
+    pub depth: u32,
 }
 
 /// Geometry with a material, and perhaps emission.
@@ -114,6 +117,9 @@ pub struct Shape {
     pub geometry: Geometry,
     /// Index into `Scene::materials`.
     pub material: usize,
+    /// The volume behind it (on the side its normal points away from) where its material bounds none, an index into `Scene::interiors`: light does not get
+    /// there through this shape, but may be there.
+    pub interior: Option<usize>,
     /// Emitted light, if any.
     pub emission: Option<Emission>,
 }

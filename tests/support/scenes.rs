@@ -25,7 +25,7 @@ pub fn air() -> Interior {
 }
 
 pub fn solid(name: &str, n: f64, priority: u8) -> Interior {
-    Interior { name: name.into(), ior: Ior::constant(n), sigma_a: flat(0.0), sigma_s: flat(0.0), g: 0.0, priority }
+    Interior { name: name.into(), ior: Ior::constant(n), sigma_a: flat(0.0), sigma_s: flat(0.0), g: 0.0, priority, depth: 0 }
 }
 
 pub fn scene(width: u32, height: u32, count: u32, sensor: Sensor) -> Scene {
@@ -89,12 +89,12 @@ pub fn material(scene: &mut Scene, m: Material) -> usize {
 }
 
 pub fn shape(scene: &mut Scene, material: usize, geometry: Geometry) {
-    scene.shapes.push(Shape { name: String::new(), geometry, material, emission: None });
+    scene.shapes.push(Shape { name: String::new(), geometry, material, interior: None, emission: None });
 }
 
 pub fn lamp(scene: &mut Scene, geometry: Geometry, radiance: Spectrum) {
     let emission = Some(Emission { radiance: radiance.into(), two_sided: false });
-    scene.shapes.push(Shape { name: "lamp".into(), geometry, material: 0, emission });
+    scene.shapes.push(Shape { name: "lamp".into(), geometry, material: 0, interior: None, emission });
 }
 
 pub fn glass(scene: &mut Scene, interior: Interior, alpha: f64) -> usize {

@@ -123,7 +123,7 @@ fn lights(count: u32) -> Result<Scene> {
     let geometry = Geometry::Mesh(Arc::new(mesh));
     let radiance = Spectrum::Constant(100.0).into();
     let emission = Some(Emission { radiance, two_sided: false });
-    scene.shapes.push(Shape { name: "lamps".into(), geometry, material: 0, emission });
+    scene.shapes.push(Shape { name: "lamps".into(), geometry, material: 0, interior: None, emission });
     Ok(scene)
 }
 
@@ -142,7 +142,7 @@ fn materials(count: u32) -> Result<Scene> {
         let at = |v: f64| ((v + 0.5) / across - 0.5) * SIDE;
         let center = dvec3(at((f64::from(i) % across).floor()), radius, at((f64::from(i) / across).floor()));
         let (geometry, material) = (Geometry::Sphere { center, radius }, first + (i % count) as usize);
-        scene.shapes.push(Shape { name: format!("ball {i}"), geometry, material, emission: None });
+        scene.shapes.push(Shape { name: format!("ball {i}"), geometry, material, interior: None, emission: None });
     }
     Ok(scene)
 }
@@ -156,7 +156,7 @@ fn instances() -> Result<Scene> {
         let at = dvec3(f64::from(i % 10) * 3.5 - 16.0, 1.2, f64::from(i / 10) * 3.5 - 16.0);
         let place = DAffine3::from_rotation_translation(DQuat::from_rotation_y(f64::from(i)), at);
         let geometry = Geometry::Instance(Instance::new(mesh.clone(), place));
-        scene.shapes.push(Shape { name: format!("ball {i}"), geometry, material: 0, emission: None });
+        scene.shapes.push(Shape { name: format!("ball {i}"), geometry, material: 0, interior: None, emission: None });
     }
     Ok(scene)
 }

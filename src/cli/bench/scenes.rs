@@ -50,7 +50,7 @@ pub fn triangles(count: u32, options: &LoadOptions) -> Result<Scene> {
     let rows = (f64::from(count) * 0.284).sqrt().round() as u32;
     let geometry = Geometry::Mesh(Arc::new(wavy_ball(dvec3(0.0, 0.85, 0.0), 0.7, count.div_ceil(2 * (rows - 1)), rows)));
     let mut scene = cornell_box(&Value::Null, options)?;
-    scene.shapes.push(Shape { name: "ball".to_string(), geometry, material: 0, emission: None });
+    scene.shapes.push(Shape { name: "ball".to_string(), geometry, material: 0, interior: None, emission: None });
     Ok(scene)
 }
 

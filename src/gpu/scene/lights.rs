@@ -4,7 +4,7 @@ use super::alias::alias_table;
 use super::light_grid::{self, LightGrid};
 use super::placed_lights::{light_grid_pays, placed};
 use super::profiles::Profiles;
-use super::ranks::ranks;
+use super::ranks::volume_stack;
 use super::rows::{Rows, SpectrumRow};
 use super::textures::Textures;
 use crate::error::{Error, Result};
@@ -51,8 +51,8 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
     // The shape or light that each record is part of.
     let mut sources = Vec::new();
     let mut inside = places(scene).into_iter().map(|set| {
-        ranks(scene, &set)
-            .ok_or_else(|| Error::usage("a light lies inside more than 4 nested volumes", "move it out of some of them"))
+        volume_stack(scene, &set)
+            .ok_or_else(|| Error::usage("a light lies inside more than 8 different volumes", "move it out of some of them"))
     });
     let mut of_primitive = Vec::new();
     let mut sources_so_far = 0;
@@ -62,7 +62,7 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
             of_primitive.extend(std::iter::repeat_n(NO_INDEX, count));
             continue;
         };
-        let inside = inside.next().unwrap_or(Ok(UVec4::ZERO))?;
+        let [inside, inside_more] = inside.next().unwrap_or(Ok([UVec4::ZERO; 2]))?;
         let (row, texture) = textures.add(&emission.radiance, rows);
         let exitance = PI * emission.radiance.mean(lo, hi) * if emission.two_sided { 2.0 } else { 1.0 };
         for i in 0..count {
@@ -92,7 +92,7 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
             sources.push(sources_so_far);
             let primitive = of_primitive.len() as u32 - 1;
             let (two_sided, area) = (u32::from(emission.two_sided), area as f32);
-            records.push(Light { kind, row, primitive, two_sided, p0, p1, p2, area, inside, ..Default::default() });
+            records.push(Light { kind, row, primitive, two_sided, p0, p1, p2, area, inside, inside_more, ..Default::default() });
         }
         sources_so_far += 1;
     }
@@ -103,8 +103,9 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
     let (distant, near): (Vec<_>, Vec<_>) = scene.lights.iter().partition(|light| light.is_distant());
     let first_distant = records.len() + near.len();
     for light in near.into_iter().chain(distant) {
-        let inside = if light.is_distant() { UVec4::ZERO } else { inside.next().unwrap_or(Ok(UVec4::ZERO))? };
-        let none = Light { primitive: NO_INDEX, inside, ..Default::default() };
+        let none = [UVec4::ZERO; 2];
+        let [inside, inside_more] = if light.is_distant() { none } else { inside.next().unwrap_or(Ok(none))? };
+        let none = Light { primitive: NO_INDEX, inside, inside_more, ..Default::default() };
         let record = match light {
             scene::Light::Point { position, intensity } => Light {
                 kind: layout::LIGHT_KIND_POINT,

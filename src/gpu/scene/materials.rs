@@ -1,5 +1,6 @@
 //! Materials as records, with the tables of what they reflect in all.
 
+use super::ranks::ranks;
 use super::rows::{Rows, SpectrumRow};
 use super::textures::Textures;
 use crate::bsdf::energy::EnergyTable;
@@ -10,6 +11,8 @@ use crate::scene::{self, Scene};
 /// The record of every material, and the tables that they refer to.
 pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures) -> Result<(Vec<Material>, Vec<f32>)> {
     let mut tables = Tables::default();
+    let ranks = ranks(scene);
+    let interior_index = |interior: Option<usize>| interior.map_or(NO_INDEX, |i| ranks[i]);
     let none = Material { interior: NO_INDEX, texture: NO_INDEX, ..Default::default() };
     let mut materials: Vec<Material> = scene
         .materials
@@ -21,11 +24,11 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures) -> 
                 Material { kind: layout::MATERIAL_KIND_DIFFUSE, a, texture, ..none }
             }
             scene::Material::Dielectric { interior, alpha } if *alpha == 0.0 => {
-                Material { kind: layout::MATERIAL_KIND_SMOOTH_DIELECTRIC, interior: *interior as u32, ..none }
+                Material { kind: layout::MATERIAL_KIND_SMOOTH_DIELECTRIC, interior: ranks[*interior], ..none }
             }
             scene::Material::Dielectric { interior, alpha } => Material {
                 kind: layout::MATERIAL_KIND_ROUGH_DIELECTRIC,
-                interior: *interior as u32,
+                interior: ranks[*interior],
                 alpha: *alpha as f32,
                 table: tables.add(Table::Dielectric(*alpha)),
                 ..none
@@ -66,7 +69,8 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures) -> 
             },
             scene::Material::Mix { a, b, weight } => {
                 let (b, c, (a, texture)) = (*a as u32, *b as u32, textures.add(weight, rows));
-                Material { kind: layout::MATERIAL_KIND_MIX, a, b, c, texture, ..none }
+                let interior = interior_index(scene.interior_of(index));
+                Material { kind: layout::MATERIAL_KIND_MIX, interior, a, b, c, texture, ..none }
             }
             scene::Material::NormalMapped { base, normals } => {
                 let (_, texture) = textures.add(&scene::Texture::Image(normals.clone()), rows);
@@ -90,10 +94,6 @@ fn thin_film_rows(film: &scene::ThinFilm, rows: &mut Rows) -> Result<u32> {
         return Err(Error::usage("the scene has too many spectra for its thin films", "share materials between shapes"));
     }
     Ok(index | waves << 16)
-}
-
-fn interior_index(interior: Option<usize>) -> u32 {
-    interior.map_or(NO_INDEX, |i| i as u32)
 }
 
 /// Energy tables one after another.

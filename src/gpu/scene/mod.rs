@@ -14,18 +14,18 @@ mod targets;
 mod textures;
 
 pub use placed_lights::light_grid_pays;
-pub use ranks::ranks;
+pub use ranks::{SLOTS, volume_stack};
 pub use rows::SpectrumRow;
 pub use targets::targets;
 
 use crate::error::{Error, Result};
 use crate::gpu::layout::{Interior, NO_INDEX, Params};
 use crate::gpu::{Gpu, Resource};
-use crate::scene::{Scene, bounds_of_all};
+use crate::scene::{self, Scene, bounds_of_all};
 use crate::spectrum::Spectrum;
 use crate::stage::{self, Stage};
 use glam::DVec3;
-use ranks::rank;
+use ranks::by_rank;
 use rows::Rows;
 use textures::Textures;
 
@@ -113,22 +113,21 @@ impl GpuScene {
     }
 }
 
+/// Their records by rank.
 fn interiors(scene: &Scene, rows: &mut Rows) -> Vec<Interior> {
     let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
     let mut coefficient = |s: &Spectrum| if s.is_zero() { NO_INDEX } else { rows.spectrum(s) };
-    let media: Vec<_> = scene.interiors.iter().map(|i| (coefficient(&i.sigma_a), coefficient(&i.sigma_s))).collect();
-    scene
-        .interiors
+    let order: Vec<&scene::Interior> = by_rank(scene).into_iter().map(|i| &scene.interiors[i]).collect();
+    let media: Vec<_> = order.iter().map(|i| (coefficient(&i.sigma_a), coefficient(&i.sigma_s))).collect();
+    order
         .iter()
         .zip(media)
-        .enumerate()
-        .map(|(index, (i, (sigma_a_row, sigma_s_row)))| Interior {
+        .map(|(i, (sigma_a_row, sigma_s_row))| Interior {
             eta_row: rows.add(SpectrumRow::Ior(i.ior.clone())),
             sigma_a_row,
             sigma_s_row,
             dispersive: u32::from(!i.ior.is_constant_over(lo, hi)),
             g: i.g as f32,
-            rank: rank(scene, index),
             ..Default::default()
         })
         .collect()

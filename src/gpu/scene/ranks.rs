@@ -3,17 +3,41 @@
 use crate::scene::Scene;
 use glam::UVec4;
 
-/// Rank of a volume in a path's set.
-pub(super) fn rank(scene: &Scene, interior: usize) -> u32 {
-    if interior == 0 { 0 } else { 1 << 31 | u32::from(scene.interiors[interior].priority) << 16 | interior as u32 }
+/// Distinct volumes that a path can be in at once, and as many again where a scene needs them.
+pub const SLOTS: usize = 4;
+
+/// Interiors in the order in which they rule where they overlap, weakest first; what surrounds the scene rules over none.
+pub(super) fn by_rank(scene: &Scene) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..scene.interiors.len()).collect();
+    order[1..].sort_by_key(|&i| (scene.interiors[i].priority, scene.interiors[i].depth, i));
+    order
 }
 
-/// A path's set of volumes, or `None` if it holds more than fit.
-pub fn ranks(scene: &Scene, interiors: &[usize]) -> Option<UVec4> {
-    let mut out = [0; 4];
-    if interiors.len() > out.len() {
+/// The rank of every interior.
+pub(super) fn ranks(scene: &Scene) -> Vec<u32> {
+    let mut ranks = vec![0; scene.interiors.len()];
+    by_rank(scene).into_iter().enumerate().for_each(|(rank, interior)| ranks[interior] = rank as u32);
+    ranks
+}
+
+/// The volumes that a path is in ([`crate::scene::initial_interiors`]): for each a slot of its rank << 16 and how many of its bodies there are. `None` if
+/// there are more than fit.
+pub fn volume_stack(scene: &Scene, interiors: &[usize]) -> Option<[UVec4; 2]> {
+    if interiors.is_empty() {
+        return Some([UVec4::ZERO; 2]);
+    }
+    let mut slots: Vec<u32> = Vec::new();
+    let ranks = ranks(scene);
+    for &interior in interiors {
+        match slots.iter_mut().find(|slot| **slot >> 16 == ranks[interior]) {
+            Some(slot) if *slot & 0xffff == 0xffff => return None,
+            Some(slot) => *slot += 1,
+            None => slots.push(ranks[interior] << 16 | 1),
+        }
+    }
+    if slots.len() > 2 * SLOTS {
         return None;
     }
-    interiors.iter().zip(&mut out).for_each(|(&i, r)| *r = rank(scene, i));
-    Some(UVec4::from_array(out))
+    slots.resize(2 * SLOTS, 0);
+    Some([UVec4::from_slice(&slots[..SLOTS]), UVec4::from_slice(&slots[SLOTS..])])
 }

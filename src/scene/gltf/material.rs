@@ -210,11 +210,42 @@ impl<'n> Reader<'_, 'n, '_> {
         };
         let cutoff = if mode == "MASK" { Some(factor(Some(self.node), "alphaCutoff", 0.5, 1e3)?) } else { None };
         let presence = self.share(opacity, "baseColorTexture", 3, cutoff)?;
-        if emits && !is(&presence, 1.0) {
+        if is_one(&presence) {
+            return Ok(surface);
+        }
+        let surface = self.thin(surface);
+        if emits {
             self.note("a surface that emits does so where it is transparent too");
         }
         let nothing = self.push(Material::NOTHING);
         Ok(self.mix(surface, nothing, presence))
+    }
+
+    /// The same with panes for solid glass, if there is some. What is behind a surface that is there in part would be glass for some of the light and none
+    /// for the rest, which makes light or loses it; a thin wall has nothing behind it.
+    fn thin(&mut self, surface: usize) -> usize {
+        let solid = self.loader.scene.made_of(surface).into_iter().find_map(|m| self.loader.scene.materials[m].interface());
+        let Some((interior, _)) = solid else { return surface };
+        let Interior { name, ior, .. } = self.loader.scene.interiors[interior].clone();
+        self.note(&format!(
+            "the solid glass {name:?} has an alpha below 1, of which no solid can be made: it counts as a thin pane that is there in part; set alphaMode \
+             to OPAQUE for solid glass"
+        ));
+        self.thin_part(surface, &ior)
+    }
+
+    fn thin_part(&mut self, surface: usize, ior: &Ior) -> usize {
+        let part = match self.loader.scene.materials[surface].clone() {
+            Material::Dielectric { .. } => Material::ThinDielectric { ior: ior.clone() },
+            Material::Mix { a, b, weight } => Material::Mix { a: self.thin_part(a, ior), b: self.thin_part(b, ior), weight },
+            Material::NormalMapped { base, normals } => Material::NormalMapped { base: self.thin_part(base, ior), normals },
+            // Panes have no roughness.
+            Material::Graded { first, .. } if self.loader.scene.materials[first].interface().is_some() => {
+                return self.thin_part(first, ior);
+            }
+            _ => return surface,
+        };
+        self.push(part)
     }
 
     fn normal_mapped(&mut self, base: usize) -> Result<usize> {
@@ -363,8 +394,7 @@ impl<'n> Reader<'_, 'n, '_> {
             return Ok(self.push(Material::ThinDielectric { ior }));
         };
         let sigma_a = absorption(&volume, self.loader.reader.range)?;
-        self.loader.scene.interiors.push(Interior { ior, priority: 1, sigma_a, ..Interior::vacuum(&name) });
-        let interior = self.loader.scene.interiors.len() - 1;
+        let interior = self.loader.volume(Interior { ior, priority: 1, sigma_a, ..Interior::vacuum(&name) });
         Ok(self.push_rough(rough, |alpha| Material::Dielectric { interior, alpha }))
     }
 
@@ -430,6 +460,18 @@ fn absorption(volume: &Node, range: (f64, f64)) -> Result<Spectrum> {
     }
     let colour = upsample::reflectance_from_linear_srgb(rgb).map_err(|problem| volume.fail(problem, "use another colour"))?;
     Ok(sampled(range, |nm| -colour.eval(nm).max(1e-6).ln() / distance))
+}
+
+/// Is it 1 everywhere?
+fn is_one(share: &Texture) -> bool {
+    match share {
+        Texture::Uniform(spectrum) => *spectrum == Spectrum::Constant(1.0),
+        Texture::Image(picture) => {
+            // Half the factor: see Image.
+            let scale = 0.5 * picture.factor.eval(550.0);
+            picture.image.texels.iter().all(|t| f64::from(t[3]) * scale >= picture.cutoff.unwrap_or(1.0 - 1e-6))
+        }
+    }
 }
 
 /// A table every 5 nm.

@@ -75,7 +75,7 @@ pub(in crate::scene) fn scene(path: &Path, bytes: &[u8], files: Files, options: 
     let place = Node::root(&nothing, path);
     let film = film(None, &place, options)?;
     let mut loader = Loader::new(files, film);
-    loader.scene.interiors.push(Interior::vacuum("surroundings"));
+    loader.named_volume(Interior::vacuum("surroundings"));
     loader.scene.max_depth = options.max_depth.unwrap_or(64).clamp(1, 100_000);
     let files = loader.reader.files.within(path.parent().unwrap_or(Path::new(".")));
     let mut document = Document::open(path, bytes, files)?;
@@ -252,7 +252,10 @@ impl<'a> Document<'a> {
                     }
                     let name = mesh.get("name").and_then(|n| n.value.as_str()).unwrap_or(&mesh.path);
                     let name = name.chars().filter(|c| !c.is_control()).collect();
-                    loader.push(&primitive, Shape { name, geometry, material: look.material, emission: look.emission })?;
+                    loader.push(
+                        &primitive,
+                        Shape { name, geometry, material: look.material, interior: None, emission: look.emission },
+                    )?;
                 }
             }
             if let Some(camera) = placed.node.get("camera") {

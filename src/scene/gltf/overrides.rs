@@ -4,6 +4,7 @@ use crate::error::{Result, quoted, suggest};
 use crate::scene::gltf::material::Look;
 use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
+use crate::scene::json::materials::check_passage;
 use crate::scene::{Geometry, Material};
 
 /// What replaces a glTF file's materials.
@@ -30,6 +31,7 @@ impl<'a> Overrides<'a> {
                     let index = loader.scene.materials.len();
                     loader.scene.materials.push(Material::NOTHING);
                     loader.kit.clone().place(loader, index, name, &node)?;
+                    check_passage(&loader.scene, index, &node)?;
                     Some(index)
                 }
             };

@@ -11,6 +11,7 @@ use crate::scene::json::{Node, parse};
 use crate::scene::mesh::instance::SharedMeshes;
 use crate::scene::texture::Image;
 use crate::scene::texture::image;
+use crate::scene::volumes::Volumes;
 use crate::scene::{Bins, Estimator, FilmSettings, Filter, Light, Mesh, Scene, Sensor, Shape, WavelengthSampling};
 use crate::spectrum::unit_problem;
 use crate::stage::{self, Stage};
@@ -90,6 +91,8 @@ pub(in crate::scene) struct Loader {
     pub(in crate::scene) visits: u32,
     /// Triangles so far, those of shared meshes once.
     pub(in crate::scene) triangles: usize,
+    /// What volumes there are.
+    pub(in crate::scene) volumes: Volumes,
     /// The material of lamps that name none, once it is needed.
     pub(in crate::scene) black: Option<usize>,
 }
@@ -127,6 +130,7 @@ impl Loader {
             aspect: None,
             visits: 0,
             triangles: 0,
+            volumes: Volumes::default(),
             black: None,
         }
     }
@@ -324,7 +328,8 @@ impl Loader {
     fn finish(mut self) -> Scene {
         self.flatten_the_few();
         self.comb();
-        self.scene.match_indices();
+        self.scene.match_panes();
+        self.scene.settle_volumes();
         let [notes, warnings] = self.reader.remarks.take();
         self.scene.notes.extend(notes);
         let files = &self.reader.files;

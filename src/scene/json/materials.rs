@@ -7,7 +7,7 @@ use crate::scene::json::Node;
 use crate::scene::json::keys::Keys;
 use crate::scene::json::load::Loader;
 use crate::scene::json::spectra::Place;
-use crate::scene::{Interior, Material, ThinFilm};
+use crate::scene::{Interior, Material, Passage, Scene, ThinFilm};
 use crate::spectrum::{Ior, Spectrum, library};
 use std::collections::HashMap;
 
@@ -19,7 +19,8 @@ const MATERIALS: &[&str] =
 pub(super) const KEYS: Keys = &[
     ("material", MATERIALS),
     ("diffuse", &["reflectance"]),
-    ("dielectric", &["ior", "alpha", "roughness", "thin_film", "absorption", "medium", "priority"]),
+    ("volume", VOLUME),
+    ("dielectric", &["volume", "ior", "alpha", "roughness", "thin_film", "absorption", "medium", "priority"]),
     ("thin_dielectric", &["ior", "thickness"]),
     ("conductor", &["metal", "eta", "k", "reflectance", "alpha", "roughness", "anisotropy", "thin_film"]),
     ("anisotropy", &["strength", "rotation_deg"]),
@@ -27,7 +28,7 @@ pub(super) const KEYS: Keys = &[
     ("coated", &["of", "ior", "alpha", "roughness"]),
     ("sheen", &["of", "color", "alpha", "roughness"]),
     ("mix", &["a", "b", "weight"]),
-    ("boundary", &["medium", "ior", "priority"]),
+    ("boundary", &["volume", "medium", "ior", "priority"]),
     ("normal_map", &["of", "texture", "tiles", "wrap", "filter", "strength"]),
     (
         "override",
@@ -49,6 +50,8 @@ pub(super) const KEYS: Keys = &[
 
 /// Films thinner than this show no colours, nm: a soap film is black when it bursts.
 const COLOURLESS_FILM: f64 = 4.0;
+/// What says what is in a volume.
+const VOLUME: &[&str] = &["ior", "absorption", "medium", "priority"];
 /// Mixes of mixes may be this deep.
 const DEEPEST_MIX: usize = 8;
 
@@ -64,16 +67,18 @@ struct Medium {
 #[derive(Clone, Default)]
 pub(in crate::scene) struct Materials {
     media: HashMap<String, Medium>,
+    /// Interiors by name.
+    volumes: HashMap<String, usize>,
 }
 
 impl Materials {
-    /// Reads `media`, `surroundings` and `materials` into the loader's scene; `interiors[0]` is what surrounds everything.
+    /// Reads `media`, `surroundings`, `volumes` and `materials` into the loader's scene; `interiors[0]` is what surrounds everything.
     pub(in crate::scene) fn read(loader: &mut Loader, root: &Node) -> Result<()> {
         let mut media = HashMap::new();
         for (name, node) in root.get("media").map_or(Ok(Vec::new()), |n| n.entries())? {
             media.insert(name.to_string(), medium(loader, &node)?);
         }
-        let this = Materials { media };
+        let mut this = Materials { media, volumes: HashMap::new() };
         let mut surroundings = Interior::vacuum("surroundings");
         if let Some(node) = root.get("surroundings") {
             node.object("surroundings")?;
@@ -84,7 +89,12 @@ impl Materials {
                 this.fill(&mut surroundings, &medium)?;
             }
         }
-        loader.scene.interiors.push(surroundings);
+        loader.named_volume(surroundings);
+        for (name, node) in root.get("volumes").map_or(Ok(Vec::new()), |n| n.entries())? {
+            node.object("volume")?;
+            let interior = this.content(loader, name, &node)?;
+            this.volumes.insert(name.to_string(), loader.named_volume(interior));
+        }
 
         let nodes = root.get("materials").map_or(Ok(Vec::new()), |n| n.entries())?;
         for (index, (name, _)) in nodes.iter().enumerate() {
@@ -99,8 +109,49 @@ impl Materials {
         loader.kit = this;
         for (index, (_, node)) in nodes.iter().enumerate() {
             check_parts(&loader.scene.materials, index, 0).map_err(|problem| node.fail(problem, "use simpler materials"))?;
+            check_passage(&loader.scene, index, node)?;
         }
         Ok(())
+    }
+
+    /// The interior that `node` names.
+    pub(in crate::scene) fn volume(&self, node: &Node) -> Result<usize> {
+        let name = node.string()?;
+        let unknown =
+            || node.fail(format!("unknown volume {}", quoted(name)), suggest(name, self.volumes.keys().map(String::as_str)));
+        self.volumes.get(name).copied().ok_or_else(unknown)
+    }
+
+    /// What is in a volume that `node` describes; of the index of the surroundings unless it says another.
+    fn content(&self, loader: &mut Loader, name: &str, node: &Node) -> Result<Interior> {
+        let ior = node.get("ior");
+        let mut interior = Interior::vacuum(name);
+        interior.ior = match &ior {
+            Some(ior) => loader.reader.ior(ior)?,
+            None => loader.scene.interiors[0].ior.clone(),
+        };
+        note_extrapolation(loader, name, &interior.ior);
+        let default = u32::from(ior.is_some());
+        interior.priority = node.get("priority").map_or(Ok(default), |n| n.integer(0, 255))? as u8;
+        if let Some(absorption) = node.get("absorption") {
+            interior.sigma_a = absorption_of(loader, &absorption, ior.as_ref())?;
+        }
+        if let Some(medium) = node.get("medium") {
+            self.fill(&mut interior, &medium)?;
+        }
+        Ok(interior)
+    }
+
+    /// The interior that `node` names, or that it describes itself.
+    fn named_or_inline(&self, loader: &mut Loader, name: &str, node: &Node) -> Result<usize> {
+        let Some(volume) = node.get("volume") else {
+            let interior = self.content(loader, name, node)?;
+            return Ok(loader.volume(interior));
+        };
+        if let Some(surplus) = VOLUME.iter().find_map(|key| node.get(key)) {
+            return Err(surplus.fail("\"volume\" already says what is inside", "keep the name, or what it stands for"));
+        }
+        self.volume(&volume)
     }
 
     fn fill(&self, interior: &mut Interior, name: &Node) -> Result<()> {
@@ -142,18 +193,10 @@ impl Materials {
         Ok(match kind {
             "diffuse" => Material::Diffuse { reflectance: loader.share(&inner.need("reflectance")?)? },
             "dielectric" => {
-                let ior = inner.need("ior")?;
-                let mut interior =
-                    Interior { ior: loader.reader.ior(&ior)?, priority: priority(&inner, 1)?, ..Interior::vacuum(name) };
-                note_extrapolation(loader, name, &interior.ior);
-                if let Some(absorption) = inner.get("absorption") {
-                    interior.sigma_a = absorption_of(loader, &absorption, &ior)?;
+                if inner.get("volume").is_none() {
+                    inner.need("ior")?;
                 }
-                if let Some(medium) = inner.get("medium") {
-                    self.fill(&mut interior, &medium)?;
-                }
-                loader.scene.interiors.push(interior);
-                let interior = loader.scene.interiors.len() - 1;
+                let interior = self.named_or_inline(loader, name, &inner)?;
                 let roughness = loader.roughness(&inner)?;
                 loader.rough(&roughness, |alpha| Material::Dielectric { interior, alpha })
             }
@@ -200,21 +243,11 @@ impl Materials {
     }
 
     fn boundary(&self, loader: &mut Loader, name: &str, node: &Node) -> Result<Option<usize>> {
-        let Some(medium) = node.get("medium") else {
-            if let Some(surplus) = node.get("ior").or(node.get("priority")) {
-                return Err(surplus.fail("a boundary without a medium has no inside", "add \"medium\", or remove this key"));
-            }
-            return Ok(None);
-        };
-        // A boundary does not refract: what lies behind it has the index of what surrounds it, unless the scene knows better.
-        let ior = match node.get("ior") {
-            Some(ior) => loader.reader.ior(&ior)?,
-            None => loader.scene.interiors[0].ior.clone(),
-        };
-        let mut interior = Interior { ior, priority: priority(node, 0)?, ..Interior::vacuum(name) };
-        self.fill(&mut interior, &medium)?;
-        loader.scene.interiors.push(interior);
-        Ok(Some(loader.scene.interiors.len() - 1))
+        let is_bare = node.get("medium").or(node.get("volume")).is_none();
+        if let (true, Some(surplus)) = (is_bare, node.get("ior").or(node.get("priority"))) {
+            return Err(surplus.fail("a boundary without a medium has no inside", "add \"medium\", or remove this key"));
+        }
+        if is_bare { Ok(None) } else { Ok(Some(self.named_or_inline(loader, name, node)?)) }
     }
 }
 
@@ -228,6 +261,7 @@ impl Interior {
             sigma_s: Spectrum::Constant(0.0),
             g: 0.0,
             priority: 0,
+            depth: 0,
         }
     }
 }
@@ -301,13 +335,13 @@ fn sum(own: Spectrum, medium: Spectrum, at: &Node) -> Result<Spectrum> {
 }
 
 /// `absorption` of a dielectric in m^-1: a spectrum, or `"catalogue"` for what is known of the named glass.
-fn absorption_of(loader: &Loader, node: &Node, ior: &Node) -> Result<Spectrum> {
+fn absorption_of(loader: &Loader, node: &Node, ior: Option<&Node>) -> Result<Spectrum> {
     if !node.value.is_string() {
         return loader.reader.spectrum(node, Place::Coefficient);
     }
     node.choice(&["catalogue"])?;
-    let name = ior.get("glass").unwrap_or_else(|| ior.clone());
-    let Some(name) = name.value.as_str() else {
+    let name = ior.map(|ior| ior.get("glass").unwrap_or_else(|| ior.clone()));
+    let Some(name) = name.as_ref().and_then(|name| name.value.as_str()) else {
         return Err(node.fail("the glass has no name to look up", "name the glass, or give the absorption in m^-1"));
     };
     let found = library::glass_absorption(name);
@@ -335,16 +369,28 @@ fn conductor(loader: &Loader, node: &Node) -> Result<(Spectrum, Spectrum)> {
     Ok((loader.reader.spectrum(&eta?, Place::Coefficient)?, loader.reader.spectrum(&k?, Place::Coefficient)?))
 }
 
-fn priority(node: &Node, default: u8) -> Result<u8> {
-    node.get("priority").map_or(Ok(default), |n| Ok(n.integer(0, 255)? as u8))
-}
-
 fn note_extrapolation(loader: &mut Loader, name: &str, ior: &Ior) {
     let (lo, hi) = loader.reader.range;
     let (min, max) = ior.range_nm;
     if ior.extrapolate && (lo < min || hi > max) {
         loader.note(format!("the index of {} is known from {min} to {max} nm and extrapolated to {lo} to {hi} nm", quoted(name)));
     }
+}
+
+/// Light gets through a mixture in one way, or not at all.
+pub(in crate::scene) fn check_passage(scene: &Scene, index: usize, node: &Node) -> Result<()> {
+    let what = |way: &Passage| match way {
+        Passage::Refracted(i) => format!("the solid {:?}", scene.interiors[*i].name),
+        Passage::Into(i) => format!("a boundary of {:?}", scene.interiors[*i].name),
+        Passage::Straight | Passage::None => "a thin pane or nothing".into(),
+    };
+    scene.passage(index).map(|_| ()).map_err(|ways| {
+        let [a, b] = ways.each_ref().map(what);
+        node.fail(
+            format!("a mix of {a} and {b} would make light or lose it, as its two sides would not be one volume"),
+            "mix surfaces of one and the same volume, or use \"thin_dielectric\" in place of the solid",
+        )
+    })
 }
 
 /// What contains itself or is nested too deeply is an error, and so is a coat on what does not end a ray.

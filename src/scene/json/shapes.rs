@@ -11,7 +11,7 @@ use crate::scene::json::spectra::Place;
 use crate::scene::json::transform;
 use crate::scene::json::units::Source;
 use crate::scene::mesh;
-use crate::scene::{Emission, Geometry, Material, Mesh, Shape};
+use crate::scene::{Emission, Geometry, Material, Mesh, Passage, Shape};
 use crate::spectrum::Spectrum;
 use glam::{DMat4, DVec2, DVec3};
 use std::sync::Arc;
@@ -65,7 +65,7 @@ impl Loader {
             Some(t) => parent * transform::parse(&t)?,
             None => parent,
         };
-        let surplus = node.get("material").or(node.get("emission"));
+        let surplus = node.get("material").or(node.get("emission")).or(node.get("volume"));
         if let (Some(surplus), "instance" | "gltf") = (surplus, kind) {
             return Err(surplus.fail(format!("{kind:?} brings its own materials"), "remove this key"));
         }
@@ -110,8 +110,24 @@ impl Loader {
             None if emission.is_some() => self.black(),
             None => return Err(node.fail("\"material\" is missing", "add \"material\" (or \"emission\", for a lamp)")),
         };
+        let interior = node.get("volume").map(|volume| self.kit.volume(&volume)).transpose()?;
+        let passage = self.scene.passage(material).unwrap_or(Passage::None);
+        let is_other = |own| interior.is_some_and(|interior| interior != own);
+        match passage {
+            Passage::Refracted(own) | Passage::Into(own) if is_other(own) => {
+                let problem = format!("the material bounds another volume, {:?}", self.scene.interiors[own].name);
+                return Err(node.fail(problem, "remove \"volume\", or use a material that bounds this one"));
+            }
+            Passage::Straight if interior.is_some() => {
+                return Err(node.fail(
+                    "light goes straight through the material, so no volume is bounded by it",
+                    "remove \"volume\", or use a dielectric or a boundary that names it",
+                ));
+            }
+            _ => {}
+        }
         for geometry in parts {
-            self.push(node, Shape { name: name.clone(), geometry, material, emission: emission.clone() })?;
+            self.push(node, Shape { name: name.clone(), geometry, material, interior, emission: emission.clone() })?;
         }
         Ok(())
     }

@@ -332,10 +332,10 @@ fn lamps() -> Scene {
     lamp(&mut s, cuboid(dvec3(0.6, 0.2, 0.0), dvec3(1.0, 0.6, 0.4)), ramp(1.0, 0.5));
     let both = Some(Emission { radiance: ramp(1.0, 1.5).into(), two_sided: true });
     let geometry = disc(dvec3(-0.2, 0.7, -0.3), dvec3(0.9, 0.1, 0.4).normalize(), 0.5);
-    s.shapes.push(Shape { name: "both".into(), geometry, material: 0, emission: both.clone() });
+    s.shapes.push(Shape { name: "both".into(), geometry, material: 0, interior: None, emission: both.clone() });
     // A tube is open: its inside is seen.
     let geometry = Geometry::Cylinder { base: dvec3(-0.9, 0.1, 0.6), axis: DVec3::Y, length: 0.5, radius: 0.25 };
-    s.shapes.push(Shape { name: "tube".into(), geometry, material: 0, emission: both });
+    s.shapes.push(Shape { name: "tube".into(), geometry, material: 0, interior: None, emission: both });
     let m = material(&mut s, Material::Conductor { eta: ramp(0.3, 1.2), k: ramp(2.0, 4.0), alpha: 0.0 });
     shape(&mut s, m, sphere(dvec3(0.2, 0.35, 0.7), 0.3));
     s

@@ -59,8 +59,10 @@ fn somewhere(random: &mut Random, at: DVec3, pivot: DVec3) -> DAffine3 {
 
 fn with_shapes(shapes: Vec<Geometry>) -> Scene {
     let mut scene = scene_of(json!({}));
-    scene.shapes =
-        shapes.into_iter().map(|geometry| Shape { name: String::new(), geometry, material: 0, emission: None }).collect();
+    scene.shapes = shapes
+        .into_iter()
+        .map(|geometry| Shape { name: String::new(), geometry, material: 0, interior: None, emission: None })
+        .collect();
     scene
 }
 
