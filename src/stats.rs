@@ -20,7 +20,7 @@ pub struct BatchStats {
     pub dropped_negative: u64,
     /// Samples and splats dropped, or sums cut, because they are too large for the film.
     pub dropped_saturated: u64,
-    /// Paths and shadow rays that ended on the GPU where more than four volumes overlap.
+    /// Paths and shadow rays that ended on the GPU where more than eight different volumes overlap, or 65,535 bodies of one.
     pub dropped_crowded: u64,
     /// Of `paths` and `light_paths`, those cut at the greatest depth.
     pub truncated: u64,
@@ -126,6 +126,11 @@ impl Persistent for BatchStats {
 impl BatchStats {
     /// The kernels of the GPU's passes: two of the camera's, one of the light's.
     pub const KERNELS: [&'static str; 3] = ["camera paths", "film", "light paths"];
+
+    /// Whether more than one path in a million was lost in too many volumes.
+    pub fn is_crowded(&self) -> bool {
+        self.dropped_crowded.saturating_mul(1_000_000) > self.paths + self.light_paths
+    }
 
     /// Samples and splats that are missing from the film, whatever the cause.
     pub fn dropped(&self) -> u64 {

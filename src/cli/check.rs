@@ -3,10 +3,11 @@
 use super::device::TechniqueArgs;
 use super::info::{light_name, sensor_name, summary};
 use super::load::SceneArgs;
-use super::{Done, Outcome, print::out};
+use super::{Done, Outcome, print::out, values};
 use crate::integrator::Plan;
-use crate::scene::{Material, Scene, advice};
+use crate::scene::{Interior, Material, Scene, advice, initial_interiors, ruling};
 use crate::spectrum::Ior;
+use glam::DVec3;
 use std::collections::HashMap;
 
 const EXAMPLES: &str = "Examples:
@@ -14,6 +15,7 @@ const EXAMPLES: &str = "Examples:
   abbe check model.glb
   abbe check my_scene.json --channels 40 && abbe render my_scene.json --channels 40
   abbe check my_scene.json --without light-paths     which light would not be found?
+  abbe check my_scene.json --at 0,0.5,0              in which volumes is that point?
 
 Warnings do not make a scene wrong: the exit code is 0.";
 
@@ -24,6 +26,9 @@ pub struct Args {
     scene: SceneArgs,
     #[command(flatten)]
     techniques: TechniqueArgs,
+    /// Say which volumes this point is in, in metres, and which of them rules there
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::point, allow_hyphen_values = true)]
+    at: Vec<DVec3>,
 }
 
 /// Runs the command.
@@ -31,6 +36,7 @@ pub fn run(args: &Args) -> Outcome {
     let scene = args.scene.overrides.load(&args.scene.path)?;
     let plan = Plan::new(&scene, (&args.techniques).into());
     explain(&scene, &plan).iter().for_each(|line| out(line));
+    args.at.iter().for_each(|p| out(&volumes_at(&scene, *p)));
     scene.notes.iter().for_each(|note| out(&format!("note: {note}")));
     let warnings: Vec<String> = advice(&scene).into_iter().chain(unfound(&plan)).collect();
     warnings.iter().for_each(|warning| out(&format!("warning: {warning}")));
@@ -46,6 +52,26 @@ pub fn run(args: &Args) -> Outcome {
 /// What no technique of the plan finds.
 pub(super) fn unfound(plan: &Plan) -> impl Iterator<Item = String> {
     plan.blind_spots.iter().map(|line| format!("not found: {line}; allow what is left out by --without"))
+}
+
+/// Which volumes a point is in, the one that rules first.
+fn volumes_at(scene: &Scene, p: DVec3) -> String {
+    let mut inside = initial_interiors(scene, &[p]).remove(0);
+    let mut named = Vec::new();
+    while !inside.is_empty() {
+        let rules = ruling(scene, &inside);
+        let bodies = inside.iter().filter(|i| **i == rules).count();
+        inside.retain(|i| *i != rules);
+        let Interior { name, priority, depth, .. } = &scene.interiors[rules];
+        let how_often = if bodies > 1 { format!(", {bodies} bodies of it") } else { String::new() };
+        let held = if *depth > 0 { format!(", nested {depth} deep") } else { String::new() };
+        named.push(format!("{name:?} (priority {priority}{held}{how_often})"));
+    }
+    match named.as_slice() {
+        [] => format!("at {}, {}, {}: in no volume", p.x, p.y, p.z),
+        [only] => format!("at {}, {}, {}: in {only}", p.x, p.y, p.z),
+        [rules, others @ ..] => format!("at {}, {}, {}: in {rules}, which rules, and in {}", p.x, p.y, p.z, others.join(", ")),
+    }
 }
 
 /// Things of a kind that are named, at most.

@@ -2,7 +2,7 @@
 //!
 //! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 1 what was
 //! compared is not alike or not as it must be, 2 the request or its input is at fault (one line says what and what to do), 3 the device failed at its work,
-//! 130, 143 and 129 ended by INT (Ctrl-C), TERM and HUP. Before the last four what was rendered is written.
+//! 4 more than one path in a million ended where more volumes overlap than it can keep, 130, 143 and 129 ended by INT (Ctrl-C), TERM and HUP. Before the last four what was rendered is written.
 
 mod bands;
 mod bench;
@@ -40,6 +40,9 @@ const FAILED: u8 = 2;
 /// Exit code after a device has failed at its work.
 const DEVICE_FAILED: u8 = 3;
 
+/// Exit code of a render that lost paths in too many volumes.
+const CROWDED: u8 = 4;
+
 #[derive(Parser)]
 #[command(name = "abbe", version, about = "A spectral renderer for dispersive caustics", after_help = EXAMPLES)]
 struct Cli {
@@ -66,6 +69,7 @@ Exit codes:
   1    what was compared is not alike, or not as it must be
   2    the request or its input is at fault
   3    the device failed at its work; what was rendered is written
+  4    more than one path in a million was lost where more than 8 volumes overlap; what was rendered is written
   130  ended by INT (Ctrl-C), 143 by TERM, 129 by HUP; what was rendered is written
 
 Every command has its own --help.";
@@ -124,6 +128,7 @@ pub fn main() -> ExitCode {
     match done.and_then(|done| print::failure().map_or(Ok(done), |e| Err(unwritten(e)))) {
         Ok(Done::Completely) => ExitCode::SUCCESS,
         Ok(Done::Differently) => ExitCode::from(DIFFERENT),
+        Ok(Done::Crowded) => ExitCode::from(CROWDED),
         Ok(Done::Interrupted) | Err(Error::Interrupted) => ExitCode::from(interrupt::exit_code()),
         Err(e) => {
             print::error(&e.to_string());
@@ -147,6 +152,8 @@ enum Done {
     Completely,
     /// A comparison found a difference.
     Differently,
+    /// More than one path in a million was lost where too many volumes overlap.
+    Crowded,
     Interrupted,
 }
 

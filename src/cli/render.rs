@@ -3,7 +3,7 @@
 use super::check::unfound;
 use super::checkpoint::{self, CheckpointArgs, Keeper};
 use super::load::Overrides;
-use super::print::{duration, note, out, percent, si};
+use super::print::{self, duration, note, out, percent, si};
 use super::progress::{Bar, Log, Stages};
 use super::{Done, Outcome, device, interrupt, values};
 use crate::color::cie::{is_visible, lacks_for_colour};
@@ -302,7 +302,17 @@ pub fn run(args: &Args) -> Outcome {
     if is_done {
         keeper.finish(&mut Checkpointable { rendering: &mut rendering, integrator: device.integrator.as_mut() })?;
     }
-    Ok(if interrupt::requested() { Done::Interrupted } else { Done::Completely })
+    if interrupt::requested() {
+        return Ok(Done::Interrupted);
+    }
+    if stats.is_crowded() {
+        let (lost, of) = (stats.dropped_crowded, stats.paths + stats.light_paths);
+        print::error(&format!(
+            "{lost} of {of} paths were lost where more than 8 different volumes overlap; give those that are alike one name, or move some apart"
+        ));
+        return Ok(Done::Crowded);
+    }
+    Ok(Done::Completely)
 }
 
 /// What `abbe check` warns of, as far as it is found at once.

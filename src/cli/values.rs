@@ -1,5 +1,6 @@
 //! Parsers of option values. Each error says what would have been right.
 
+use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -50,6 +51,15 @@ pub fn error(text: &str) -> Result<f64, String> {
     match value {
         Ok(v) if v > 0.0 && v < 1.0 => Ok(v),
         _ => Err("write a relative error between 0 and 100 %, as in 2% or 0.02".to_string()),
+    }
+}
+
+/// `0.1,2,-3`: a point, in metres.
+pub fn point(text: &str) -> Result<DVec3, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|t| t.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, z]) => Ok(DVec3::new(x, y, z)),
+        _ => Err("write a point in metres as x,y,z".to_string()),
     }
 }
 

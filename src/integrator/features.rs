@@ -270,7 +270,7 @@ pub(super) struct Needs<'a> {
     techniques: Techniques,
     /// Materials that a path can meet: those of shapes, and what they are made of.
     used: Vec<usize>,
-    /// Volumes that they bound.
+    /// Volumes that they or shapes bound.
     volumes: Vec<usize>,
     pass: Pass,
     features: Features,
@@ -279,7 +279,8 @@ pub(super) struct Needs<'a> {
 impl<'a> Needs<'a> {
     pub fn new(scene: &'a Scene, techniques: Techniques) -> Self {
         let used = used_materials(scene);
-        let volumes = used.iter().filter_map(|&m| scene.interior_of(m)).collect();
+        let walls = scene.shapes.iter().filter_map(|s| s.interior);
+        let volumes = used.iter().filter_map(|&m| scene.interior_of(m)).chain(walls).collect();
         let features = Features::default();
         Self { scene, techniques, used, volumes, pass: Pass::Camera, features }
     }

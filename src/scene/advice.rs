@@ -3,11 +3,11 @@
 mod sight;
 
 use crate::geometry::{Bounds, bounds, corners};
-use crate::scene::bodies::Weld;
 use crate::scene::bounds_of_all;
 use crate::scene::initial_interiors;
 use crate::scene::mesh;
-use crate::scene::overlaps;
+use crate::scene::volumes::overlaps;
+use crate::scene::weld::Weld;
 use crate::scene::{Geometry, Interior, Light, Mesh, Scene, Shape};
 use glam::{DVec2, DVec3};
 use sight::sight;
@@ -165,7 +165,7 @@ fn edges_of(weld: &Weld, corners: [DVec3; 3]) -> impl Iterator<Item = ([[i64; 3]
 }
 
 /// Volumes of equal priority that overlap, none of which lies within the other.
-fn overlapping_volumes(scene: &Scene) -> Vec<String> {
+pub fn overlapping_volumes(scene: &Scene) -> Vec<String> {
     let name = |shape: usize| &scene.shapes[shape].name;
     let line = |[under, over]: [usize; 2]| {
         format!(

@@ -1,21 +1,19 @@
 //! Bodies: connected surfaces that bound one volume, with the cavities in them. What lies in what is found from their surfaces by points and rays.
 
+use super::Scene;
 use super::inside::{crossings, up};
-use super::{Passage, Scene, Shape};
+use super::weld::Weld;
 use crate::geometry::world::{Ray, World};
 use crate::geometry::{Bounds, Geometry, Instance, Mesh, bounds, corners};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::f64::consts::PI;
+use std::rc::Rc;
 use std::sync::Arc;
 
-/// Vertices whose distance is below this share of the size of all that they may belong to are one.
-const GRAIN: f64 = 1e-6;
 /// Points of a body's triangles beside the outermost.
 const CENTROIDS: usize = 8;
-/// Walls of a solid are looked for this many shapes away from its glass.
-const FARTHEST: usize = 8;
 /// Copies of a mesh with more parts than this count as bodies whole.
 const MOST_PARTS: usize = 16;
 
@@ -30,11 +28,22 @@ pub(super) struct Body {
     pub is_closed: bool,
     /// Volume by its surface, m^3: negative for a cavity.
     volume: f64,
-    /// Its shapes, and of meshes which triangles.
-    parts: Vec<(usize, Option<Vec<usize>>)>,
     /// Points of its surface, and normals there.
     points: Vec<(DVec3, DVec3)>,
+    /// The surfaces around it.
+    solids: Vec<Placed>,
+}
+
+/// Surfaces in a space of their own, of meshes some triangles perhaps.
+struct Solid {
+    parts: Vec<(Geometry, Option<Vec<usize>>)>,
     world: OnceCell<World>,
+}
+
+/// A solid, and the way to its space.
+struct Placed {
+    solid: Rc<Solid>,
+    to_solid: DAffine3,
 }
 
 /// Which body each triangle of a shape is part of.
@@ -53,104 +62,18 @@ pub(super) struct Bodies {
 
 /// What is summed over a surface.
 #[derive(Clone)]
-struct Sums {
+pub(super) struct Sums {
     shape: usize,
     bounds: Bounds,
     /// Twice the area's vector, and twice the area.
     vector: DVec3,
     area: f64,
-    volume: f64,
+    /// m^3, where it is closed; negative if it faces inwards.
+    pub volume: f64,
     /// Ends of tubes that no disc closes yet.
     open_ends: i32,
-    parts: Vec<(usize, Option<Vec<usize>>)>,
+    pub parts: Vec<(usize, Option<Vec<usize>>)>,
     points: Vec<(DVec3, DVec3)>,
-}
-
-/// Sets that are united.
-#[derive(Default)]
-struct Sets(Vec<usize>);
-
-impl Sets {
-    fn add(&mut self) -> usize {
-        self.0.push(self.0.len());
-        self.0.len() - 1
-    }
-
-    fn root(&mut self, mut i: usize) -> usize {
-        while self.0[i] != i {
-            self.0[i] = self.0[self.0[i]];
-            i = self.0[i];
-        }
-        i
-    }
-
-    fn unite(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b)] = a.min(b);
-    }
-}
-
-/// Vertices by their places, and the surfaces that they are of.
-pub(super) struct Weld {
-    origin: DVec3,
-    grain: f64,
-    places: HashMap<[i64; 3], usize>,
-    sets: Sets,
-}
-
-impl Weld {
-    /// Of what is as large as this.
-    pub fn new(size: Bounds) -> Self {
-        let grain = (GRAIN * (size.max - size.min).length()).max(f64::MIN_POSITIVE);
-        Weld { origin: size.min, grain, places: HashMap::new(), sets: Sets::default() }
-    }
-
-    /// The place of a vertex.
-    pub fn place(&self, p: DVec3) -> [i64; 3] {
-        ((p - self.origin) / self.grain).to_array().map(|v| v.round() as i64)
-    }
-
-    fn knows(&self, p: DVec3) -> bool {
-        self.places.contains_key(&self.place(p))
-    }
-
-    fn node(&mut self, p: DVec3) -> usize {
-        let place = self.place(p);
-        let sets = &mut self.sets;
-        *self.places.entry(place).or_insert_with(|| sets.add())
-    }
-
-    /// A node of the surface of each triangle, or of the whole.
-    fn add(&mut self, geometry: &Geometry) -> Vec<usize> {
-        match geometry {
-            Geometry::Mesh(mesh) => {
-                let nodes: Vec<usize> = mesh.positions.iter().map(|&p| self.node(p)).collect();
-                for t in &mesh.triangles {
-                    let [a, b, c] = t.map(|v| nodes[v as usize]);
-                    self.sets.unite(a, b);
-                    self.sets.unite(a, c);
-                }
-                mesh.triangles.iter().map(|t| nodes[t[0] as usize]).collect()
-            }
-            Geometry::Disc { center, .. } => vec![self.node(*center)],
-            Geometry::Cylinder { base, axis, length, .. } => {
-                let ends = [self.node(*base), self.node(*base + *axis * *length)];
-                self.sets.unite(ends[0], ends[1]);
-                vec![ends[0]]
-            }
-            Geometry::Sphere { .. } | Geometry::Instance(_) => vec![self.sets.add()],
-        }
-    }
-}
-
-/// Points that tell where a shape is: a ray can be in a face of it only if they are.
-fn connections(geometry: &Geometry) -> Vec<DVec3> {
-    match geometry {
-        Geometry::Mesh(mesh) => mesh.positions.clone(),
-        Geometry::Disc { center, .. } => vec![*center],
-        Geometry::Cylinder { base, axis, length, .. } => vec![*base, *base + *axis * *length],
-        Geometry::Sphere { .. } | Geometry::Instance(_) => Vec::new(),
-    }
 }
 
 impl Bodies {
@@ -163,19 +86,29 @@ impl Bodies {
         let mut of_root: HashMap<usize, usize> = HashMap::new();
         let mut of: Vec<(usize, Part)> = Vec::new();
         // The parts of a mesh that stands in many places are found once.
-        let mut parts_of_mesh: HashMap<*const Mesh, Vec<Sums>> = HashMap::new();
+        let mut parts_of_mesh: HashMap<*const Mesh, Vec<(Rc<Solid>, Sums)>> = HashMap::new();
+        let mut placed: HashMap<usize, Placed> = HashMap::new();
         for (&shape, nodes) in shapes.iter().zip(&nodes) {
             let geometry = &scene.shapes[shape].geometry;
             if let Geometry::Instance(instance) = geometry {
-                let parts = parts_of_mesh.entry(Arc::as_ptr(instance.mesh())).or_insert_with(|| parts(instance.mesh()));
+                let parts = parts_of_mesh.entry(Arc::as_ptr(instance.mesh())).or_insert_with(|| {
+                    let mesh = Geometry::Mesh(instance.mesh().clone());
+                    parts(instance.mesh())
+                        .into_iter()
+                        .map(|part| (Rc::new(Solid::of(&part.parts, |_| mesh.clone())), part))
+                        .collect()
+                });
                 of.push((shape, split(parts, sums.len(), instance.mesh().triangles.len())));
-                sums.extend(parts.iter().map(|part| part.placed(shape, instance)));
+                for (solid, part) in parts.iter() {
+                    placed.insert(sums.len(), Placed { solid: solid.clone(), to_solid: instance.to_world().inverse() });
+                    sums.push(part.placed(shape, instance));
+                }
                 continue;
             }
             let mut mine: HashMap<usize, Vec<usize>> = HashMap::new();
             let mut order = Vec::new();
             for (t, &node) in nodes.iter().enumerate() {
-                let root = weld.sets.root(node);
+                let root = weld.surface(node);
                 mine.entry(root)
                     .or_insert_with(|| {
                         order.push(root);
@@ -198,12 +131,20 @@ impl Bodies {
             of.push((shape, if order.len() == 1 { Part::Whole(split[0]) } else { Part::Split(split) }));
         }
         // Bodies, and the cavities in them.
-        let mut bodies: Vec<Body> = sums.into_iter().map(|s| s.body(interior)).collect();
+        let mut body = |(i, sums): (usize, Sums)| {
+            let here = || Placed {
+                solid: Rc::new(Solid::of(&sums.parts, |s| scene.shapes[s].geometry.clone())),
+                to_solid: DAffine3::IDENTITY,
+            };
+            let solids = vec![placed.remove(&i).unwrap_or_else(here)];
+            let (is_closed, Sums { shape, bounds, volume, points, .. }) = (sums.is_closed(), sums);
+            Body { shape, interior, bounds, is_closed, volume, points, solids }
+        };
+        let mut bodies: Vec<Body> = sums.into_iter().enumerate().map(&mut body).collect();
         let mut holder: Vec<usize> = (0..bodies.len()).collect();
         for cavity in 0..bodies.len() {
             if bodies[cavity].is_closed && bodies[cavity].volume < 0.0 {
-                let holds =
-                    |b: &usize| bodies[*b].volume > 0.0 && bodies[*b].is_closed && bodies[*b].surrounds(scene, &bodies[cavity]);
+                let holds = |b: &usize| bodies[*b].volume > 0.0 && bodies[*b].is_closed && bodies[*b].surrounds(&bodies[cavity]);
                 let around = (0..bodies.len()).filter(holds).min_by(|&a, &b| bodies[a].volume.total_cmp(&bodies[b].volume));
                 match around {
                     Some(around) => holder[cavity] = around,
@@ -224,9 +165,8 @@ impl Bodies {
         for (i, cavity) in cavities {
             index[i] = index[holder[i]];
             let body = &mut self.list[index[i]];
-            body.parts.extend(cavity.parts);
             body.points.extend(cavity.points);
-            body.world = OnceCell::new();
+            body.solids.extend(cavity.solids);
         }
         self.of.extend(of.into_iter().map(|(shape, part)| match part {
             Part::Whole(b) => (shape, Part::Whole(index[b])),
@@ -257,7 +197,7 @@ fn parts(mesh: &Arc<Mesh>) -> Vec<Sums> {
     let nodes = weld.add(&geometry);
     let mut parts: HashMap<usize, Vec<usize>> = HashMap::new();
     for (t, node) in nodes.into_iter().enumerate() {
-        parts.entry(weld.sets.root(node)).or_default().push(t);
+        parts.entry(weld.surface(node)).or_default().push(t);
     }
     let of = |triangles| summed(0, &geometry, triangles).with_points(&geometry);
     if parts.len() == 1 || parts.len() > MOST_PARTS {
@@ -269,19 +209,19 @@ fn parts(mesh: &Arc<Mesh>) -> Vec<Sums> {
 }
 
 /// Which of these parts each triangle of a mesh is of, counted from `first`.
-fn split(parts: &[Sums], first: usize, triangles: usize) -> Part {
+fn split(parts: &[(Rc<Solid>, Sums)], first: usize, triangles: usize) -> Part {
     if parts.len() == 1 {
         return Part::Whole(first);
     }
     let mut of = vec![first; triangles];
-    for (i, part) in parts.iter().enumerate() {
+    for (i, (_, part)) in parts.iter().enumerate() {
         part.parts.iter().filter_map(|(_, list)| list.as_ref()).flatten().for_each(|&t| of[t] = first + i);
     }
     Part::Split(of)
 }
 
 /// Some triangles of a shape, or all of it.
-fn summed(shape: usize, geometry: &Geometry, triangles: Option<Vec<usize>>) -> Sums {
+pub(super) fn summed(shape: usize, geometry: &Geometry, triangles: Option<Vec<usize>>) -> Sums {
     let mut sums = Sums {
         shape,
         bounds: Bounds::EMPTY,
@@ -329,7 +269,7 @@ fn summed(shape: usize, geometry: &Geometry, triangles: Option<Vec<usize>>) -> S
 }
 
 impl Sums {
-    fn add(&mut self, more: Sums) {
+    pub fn add(&mut self, more: Sums) {
         self.bounds = self.bounds.union(more.bounds);
         self.vector += more.vector;
         self.area += more.area;
@@ -338,7 +278,7 @@ impl Sums {
         self.parts.extend(more.parts);
     }
 
-    fn is_closed(&self) -> bool {
+    pub fn is_closed(&self) -> bool {
         self.open_ends == 0 && self.vector.length() < 1e-6 * self.area
     }
 
@@ -367,12 +307,6 @@ impl Sums {
             parts: self.parts.iter().map(|(_, triangles)| (shape, triangles.clone())).collect(),
             points: self.points.iter().map(|(p, n)| (m.transform_point3(*p), (cofactors * *n).normalize_or_zero())).collect(),
         }
-    }
-
-    fn body(self, interior: usize) -> Body {
-        let is_closed = self.is_closed();
-        let Sums { shape, bounds, volume, parts, points, .. } = self;
-        Body { shape, interior, bounds, is_closed, volume, parts, points, world: OnceCell::new() }
     }
 }
 
@@ -432,32 +366,38 @@ fn of_mesh(mesh: &Mesh, triangles: Option<&[usize]>, out: &mut Vec<(DVec3, DVec3
     (0..count).step_by(count.div_ceil(CENTROIDS)).for_each(|i| near(number(i), None));
 }
 
-impl Body {
-    fn world(&self, scene: &Scene) -> &World {
-        self.world.get_or_init(|| {
-            let of = |(shape, triangles): &(usize, Option<Vec<usize>>)| {
-                let mesh = match &scene.shapes[*shape].geometry {
-                    Geometry::Instance(instance) => Arc::new(instance.flattened()),
-                    Geometry::Mesh(mesh) => mesh.clone(),
-                    other => return other.clone(),
-                };
-                Geometry::Mesh(match triangles {
-                    Some(list) => Arc::new(some_of(&mesh, list)),
-                    None => mesh,
-                })
-            };
-            World::new(&self.parts.iter().map(of).collect::<Vec<_>>())
-        })
+impl Solid {
+    fn of(parts: &[(usize, Option<Vec<usize>>)], geometry: impl Fn(usize) -> Geometry) -> Self {
+        Solid { parts: parts.iter().map(|(shape, list)| (geometry(*shape), list.clone())).collect(), world: OnceCell::new() }
     }
 
+    fn world(&self) -> &World {
+        self.world.get_or_init(|| {
+            let some = |(geometry, list): &(Geometry, Option<Vec<usize>>)| match (geometry, list) {
+                (Geometry::Mesh(mesh), Some(list)) => Geometry::Mesh(Arc::new(some_of(mesh, list))),
+                _ => geometry.clone(),
+            };
+            World::new(&self.parts.iter().map(some).collect::<Vec<_>>())
+        })
+    }
+}
+
+impl Placed {
+    /// How often its surfaces are around a point of the world, cavities counted off.
+    fn count(&self, p: DVec3) -> i64 {
+        let mut count = 0;
+        let ray = Ray::new(self.to_solid.transform_point3(p), up());
+        crossings(self.solid.world(), ray, |_, entered| count += if entered { -1 } else { 1 });
+        // Mirrored, its triangles are turned the other way round.
+        if self.to_solid.matrix3.determinant() < 0.0 { -count } else { count }
+    }
+}
+
+impl Body {
     /// Is `p` inside?
-    fn contains(&self, scene: &Scene, p: DVec3) -> bool {
+    fn contains(&self, p: DVec3) -> bool {
         let b = &self.bounds;
-        b.min.cmple(p).all() && p.cmple(b.max).all() && {
-            let mut count = 0i64;
-            crossings(self.world(scene), Ray::new(p, up()), |_, entered| count += if entered { -1 } else { 1 });
-            count > 0
-        }
+        b.min.cmple(p).all() && p.cmple(b.max).all() && self.solids.iter().map(|solid| solid.count(p)).sum::<i64>() > 0
     }
 
     /// Points of its surface, moved a hair towards its outside (or, for -1, its inside).
@@ -468,106 +408,24 @@ impl Body {
     }
 
     /// Do all points of that surface lie within this one?
-    fn surrounds(&self, scene: &Scene, b: &Body) -> bool {
-        self.bounds.overlaps(&b.bounds) && b.near_surface(1.0).chain(b.near_surface(-1.0)).all(|p| self.contains(scene, p))
+    fn surrounds(&self, b: &Body) -> bool {
+        self.bounds.overlaps(&b.bounds) && b.near_surface(1.0).chain(b.near_surface(-1.0)).all(|p| self.contains(p))
     }
 
     /// Does `b` lie wholly within it? (Faces may coincide.)
-    pub fn holds(&self, scene: &Scene, b: &Body) -> bool {
+    pub fn holds(&self, b: &Body) -> bool {
         let slack = DVec3::splat(1e-6 * (self.bounds.max - self.bounds.min).length());
         let fits = (self.bounds.min - slack).cmple(b.bounds.min).all() && b.bounds.max.cmple(self.bounds.max + slack).all();
-        fits && b.near_surface(-1.0).all(|p| self.contains(scene, p)) && !self.near_surface(1.0).any(|p| b.contains(scene, p))
+        fits && b.near_surface(-1.0).all(|p| self.contains(p)) && !self.near_surface(1.0).any(|p| b.contains(p))
     }
 
     /// Have the two a part in common?
-    pub fn meets(&self, scene: &Scene, b: &Body) -> bool {
-        self.near_surface(-1.0).any(|p| b.contains(scene, p)) || b.near_surface(-1.0).any(|p| self.contains(scene, p))
+    pub fn meets(&self, b: &Body) -> bool {
+        self.near_surface(-1.0).any(|p| b.contains(p)) || b.near_surface(-1.0).any(|p| self.contains(p))
     }
 }
 
 /// A mesh of some of the triangles.
 pub(super) fn some_of(mesh: &Mesh, triangles: &[usize]) -> Mesh {
     Mesh { triangles: triangles.iter().map(|&t| mesh.triangles[t]).collect(), ..mesh.clone() }
-}
-
-/// Opaque shapes that close the surface of a volume, with the triangles that do (or all) and its interior: a solid that is glass on some sides only.
-pub(super) fn walls(scene: &Scene) -> Vec<(usize, Option<Vec<usize>>, usize)> {
-    let opaque: Vec<usize> = (0..scene.shapes.len()).filter(|&s| may_be_wall(scene, &scene.shapes[s])).collect();
-    let mut shapes: HashMap<usize, Vec<usize>> = HashMap::new();
-    for (i, shape) in scene.shapes.iter().enumerate() {
-        if let (Some(interior), false) =
-            (scene.volume_of(shape), matches!(shape.geometry, Geometry::Sphere { .. } | Geometry::Instance(_)))
-        {
-            shapes.entry(interior).or_default().push(i);
-        }
-    }
-    let mut interiors: Vec<usize> = shapes.keys().copied().collect();
-    interiors.sort_unstable();
-    let mut out = Vec::new();
-    for interior in interiors {
-        let own = &shapes[&interior];
-        let size = own.iter().fold(Bounds::EMPTY, |b, &s| b.union(bounds(&scene.shapes[s].geometry)));
-        if !opaque.iter().any(|&s| near(&size, &bounds(&scene.shapes[s].geometry))) || is_closed(scene, own) {
-            continue;
-        }
-        let mut weld = Weld::new(size);
-        let mut nodes: Vec<(usize, Vec<usize>)> = own.iter().map(|&s| (s, weld.add(&scene.shapes[s].geometry))).collect();
-        // What has a vertex in common with what is known already, and so on.
-        let (mut rest, mut region) = (opaque.clone(), size);
-        for _ in 0..FARTHEST {
-            let joins = |s: &usize| {
-                let geometry = &scene.shapes[*s].geometry;
-                near(&region, &bounds(geometry)) && connections(geometry).into_iter().any(|p| weld.knows(p))
-            };
-            let (joined, others): (Vec<usize>, Vec<usize>) = rest.into_iter().partition(joins);
-            rest = others;
-            if joined.is_empty() {
-                break;
-            }
-            region = joined.iter().fold(region, |b, &s| b.union(bounds(&scene.shapes[s].geometry)));
-            nodes.extend(joined.into_iter().map(|s| (s, weld.add(&scene.shapes[s].geometry))));
-        }
-        let mut surfaces: HashMap<usize, Sums> = HashMap::new();
-        for (shape, nodes) in &nodes {
-            let mut mine: HashMap<usize, Vec<usize>> = HashMap::new();
-            nodes.iter().enumerate().for_each(|(t, &node)| mine.entry(weld.sets.root(node)).or_default().push(t));
-            let is_whole = mine.len() == 1;
-            for (root, triangles) in mine {
-                let part = summed(*shape, &scene.shapes[*shape].geometry, (!is_whole).then_some(triangles));
-                match surfaces.get_mut(&root) {
-                    Some(sum) => sum.add(part),
-                    None => {
-                        surfaces.insert(root, part);
-                    }
-                }
-            }
-        }
-        for surface in surfaces.into_values().filter(|s| s.is_closed() && s.volume > 0.0) {
-            let is_own = |(shape, _): &(usize, Option<Vec<usize>>)| own.contains(shape);
-            if surface.parts.iter().any(is_own) {
-                let walls = surface.parts.into_iter().filter(|part| !is_own(part));
-                out.extend(walls.map(|(shape, triangles)| (shape, triangles, interior)));
-            }
-        }
-    }
-    out.sort_by_key(|(shape, triangles, _)| (*shape, triangles.as_ref().map(|t| t[0])));
-    out
-}
-
-/// Is it an opaque shape that bounds no volume?
-fn may_be_wall(scene: &Scene, shape: &Shape) -> bool {
-    let is_flat = matches!(shape.geometry, Geometry::Mesh(_) | Geometry::Disc { .. } | Geometry::Cylinder { .. });
-    is_flat && shape.interior.is_none() && scene.passage(shape.material) == Ok(Passage::None)
-}
-
-fn near(a: &Bounds, b: &Bounds) -> bool {
-    let slack = DVec3::splat(GRAIN * (a.max - a.min).length());
-    Bounds { min: a.min - slack, max: a.max + slack }.overlaps(b)
-}
-
-/// Do the area vectors of these shapes cancel?
-fn is_closed(scene: &Scene, shapes: &[usize]) -> bool {
-    let mut all = summed(shapes[0], &scene.shapes[shapes[0]].geometry, None);
-    shapes[1..].iter().for_each(|&s| all.add(summed(s, &scene.shapes[s].geometry, None)));
-    all.is_closed()
 }

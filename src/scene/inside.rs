@@ -53,6 +53,12 @@ pub(crate) fn interiors_at(scene: &Scene, world: &World, ray: Ray, met: Vec<(usi
     count.iter().enumerate().flat_map(|(i, &n)| std::iter::repeat_n(i, n.clamp(0, 256) as usize)).collect()
 }
 
+/// Which of these interiors rules where all of them are; what surrounds the scene where there is none.
+pub fn ruling(scene: &Scene, interiors: &[usize]) -> usize {
+    let rank = |i: &usize| (scene.interiors[*i].priority, scene.interiors[*i].depth, *i);
+    interiors.iter().copied().max_by_key(rank).unwrap_or(0)
+}
+
 /// Are there surfaces that bound a volume?
 pub(crate) fn has_volumes(scene: &Scene) -> bool {
     scene.materials.iter().any(|m| m.interior().is_some()) || scene.shapes.iter().any(|s| s.interior.is_some())

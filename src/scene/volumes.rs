@@ -4,9 +4,10 @@
 //! them names; copies of one that overlap count once. Of different ones the greater priority rules. Where priorities are equal, a body wholly within another
 //! rules there; where bodies only overlap, that whose volume comes later in the file, by the first of its shapes.
 
-use super::bodies::{Bodies, Body, Part, some_of, walls};
+use super::bodies::{Bodies, Body, Part, some_of};
 use super::json::load::Loader;
 use super::matched::Indices;
+use super::walls::walls;
 use super::{Geometry, Interior, Material, Scene, Shape};
 use crate::geometry::{Bounds, Mesh, bounds, corners};
 use glam::DVec3;
@@ -195,7 +196,7 @@ impl Nesting {
                 return;
             }
             pairs += 1;
-            match (a.holds(scene, b), b.holds(scene, a)) {
+            match (a.holds(b), b.holds(a)) {
                 (true, false) => nesting.holders[j].push(i),
                 (false, true) => nesting.holders[i].push(j),
                 _ => nesting.apart.push([i, j]),
@@ -314,13 +315,13 @@ fn area_vector(mesh: &Mesh) -> Option<DVec3> {
 
 /// Shapes of different volumes of equal priority that overlap, neither of which holds the other: for each pair the one that gives way, and the one that
 /// rules.
-pub fn overlaps(scene: &Scene) -> Vec<[usize; 2]> {
+pub(super) fn overlaps(scene: &Scene) -> Vec<[usize; 2]> {
     let nesting = Nesting::of(scene);
     let list = &nesting.bodies.list;
     let rank = |b: &Body| (scene.interiors[b.interior].depth, b.interior);
     let meets = |[i, j]: &[usize; 2]| {
         let (a, b) = if rank(&list[*i]) < rank(&list[*j]) { (&list[*i], &list[*j]) } else { (&list[*j], &list[*i]) };
-        a.meets(scene, b).then_some([a.shape, b.shape])
+        a.meets(b).then_some([a.shape, b.shape])
     };
     nesting.apart.iter().filter_map(meets).collect()
 }

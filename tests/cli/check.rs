@@ -48,6 +48,9 @@ fn check_says_what_will_be_rendered_and_what_is_wrong() {
     ] {
         assert!(good.contains(part), "no '{part}' in {good}");
     }
+    let at = text(&folder.run(&["check", "glass.json", "--at", "0,1.2,0", "--at=-1,1,0"]).stdout);
+    assert!(at.contains("at 0, 1.2, 0: in \"flint\" (priority 1)") && at.contains("at -1, 1, 0: in no volume"), "{at}");
+    fails(&folder, &["check", "glass.json", "--at", "0,1"], &["x,y,z"]);
     // Many lights of a kind are one entry.
     let lamps: Vec<String> = (0..50).map(|i| format!(r#"{{"point": {{"position": [{i}, 3, 0], "intensity": 1}}}}"#)).collect();
     let many = glass.replace(r#"{"point": {"position": [0, 3, 0], "intensity": 1}}"#, &lamps.join(","));

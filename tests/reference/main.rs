@@ -304,6 +304,21 @@ fn ball_merges_collimated_light_as_computed() {
     assert!((flux - 0.79512).abs() < 4.0 * error + 1e-3 && error < 3e-3, "{flux} +- {error}");
 }
 
+/// The cases of `abbe validate` whose answers do not depend on the device.
+#[test]
+fn volumes_are_what_is_inside_them() {
+    for case in abbe::validate::all().into_iter().filter(|case| case.id.starts_with("volumes-")) {
+        let mut stats = abbe::stats::BatchStats::default();
+        let open = |scene: &Scene, seed, _, _| {
+            let reference = ReferenceIntegrator::new(scene, Estimator::Backward, seed)?;
+            Ok(Box::new(reference) as Box<dyn abbe::render::Renderer>)
+        };
+        let outcomes = case.run(&open, 1, &mut stats).unwrap();
+        let bad: Vec<_> = outcomes.iter().filter(|o| o.verdict != abbe::validate::Verdict::Passed).collect();
+        assert!(bad.is_empty() && outcomes.len() >= 8, "{bad:#?}");
+    }
+}
+
 #[test]
 fn interiors_are_counted_from_the_geometry() {
     let mut s = scene(1, 1, 1, pinhole(DVec3::ZERO, DVec3::X, 1.0));

@@ -13,6 +13,7 @@ mod spectra;
 mod textures;
 mod traps;
 mod units;
+mod volumes;
 
 use abbe::scene::{LoadOptions, Scene, keys, load, load_str};
 use abbe::{Error, Result};

@@ -3,7 +3,7 @@
 use crate::scene_with;
 use abbe::color::upsample::color_of_reflectance;
 use abbe::scene::texture::{ImageTexture, Wrap};
-use abbe::scene::{Geometry, LoadOptions, Material, Scene, Texture, load};
+use abbe::scene::{Geometry, LoadOptions, Material, Passage, Scene, Texture, load};
 use glam::{DVec2, DVec3, dvec2};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -220,6 +220,25 @@ fn gltf_alpha_masks_and_blends() {
         let found = centres.map(|(u, v)| weight.eval(500.0, dvec2(u, v)));
         assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{mode}: {found:?}");
     }
+}
+
+/// Half of a surface cannot have an inside: light would be made or lost.
+#[test]
+fn gltf_solid_glass_of_an_alpha_below_one_is_a_thin_pane() {
+    let folder = Folder::new("alpha-glass");
+    let glass = |alpha: f64| {
+        let material = json!({
+            "alphaMode": "BLEND", "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0.3, "baseColorFactor": [1, 1, 1, alpha]},
+            "extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.75}, "KHR_materials_volume": {"thicknessFactor": 1}}});
+        folder.gltf(&document(material)).unwrap()
+    };
+    let (solid, thin) = (glass(1.0), glass(0.5));
+    assert!(solid.interior_of(solid.shapes[0].material).is_some() && !solid.notes.iter().any(|note| note.contains("thin pane")));
+    let Material::Mix { a, b, .. } = &thin.materials[thin.shapes[0].material] else { panic!("not a mixture") };
+    assert!(thin.made_of(*a).iter().any(|&m| thin.materials[m].pane().is_some_and(|ior| ior.nd() == 1.5)));
+    assert!(matches!(thin.materials[*b], Material::Boundary { interior: None }));
+    assert_eq!((thin.interior_of(thin.shapes[0].material), thin.passage(thin.shapes[0].material)), (None, Ok(Passage::Straight)));
+    assert!(thin.notes.iter().any(|note| note.contains("alpha below 1") && note.contains("OPAQUE")), "{:?}", thin.notes);
 }
 
 #[test]

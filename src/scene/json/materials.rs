@@ -92,7 +92,7 @@ impl Materials {
         loader.named_volume(surroundings);
         for (name, node) in root.get("volumes").map_or(Ok(Vec::new()), |n| n.entries())? {
             node.object("volume")?;
-            let interior = this.content(loader, name, &node)?;
+            let interior = this.content(loader, name, &node, u32::from(node.get("ior").is_some()))?;
             this.volumes.insert(name.to_string(), loader.named_volume(interior));
         }
 
@@ -122,8 +122,8 @@ impl Materials {
         self.volumes.get(name).copied().ok_or_else(unknown)
     }
 
-    /// What is in a volume that `node` describes; of the index of the surroundings unless it says another.
-    fn content(&self, loader: &mut Loader, name: &str, node: &Node) -> Result<Interior> {
+    /// What is in a volume that `node` describes; of the index of the surroundings and this priority unless it says another.
+    fn content(&self, loader: &mut Loader, name: &str, node: &Node, priority: u32) -> Result<Interior> {
         let ior = node.get("ior");
         let mut interior = Interior::vacuum(name);
         interior.ior = match &ior {
@@ -131,8 +131,7 @@ impl Materials {
             None => loader.scene.interiors[0].ior.clone(),
         };
         note_extrapolation(loader, name, &interior.ior);
-        let default = u32::from(ior.is_some());
-        interior.priority = node.get("priority").map_or(Ok(default), |n| n.integer(0, 255))? as u8;
+        interior.priority = node.get("priority").map_or(Ok(priority), |n| n.integer(0, 255))? as u8;
         if let Some(absorption) = node.get("absorption") {
             interior.sigma_a = absorption_of(loader, &absorption, ior.as_ref())?;
         }
@@ -142,10 +141,10 @@ impl Materials {
         Ok(interior)
     }
 
-    /// The interior that `node` names, or that it describes itself.
-    fn named_or_inline(&self, loader: &mut Loader, name: &str, node: &Node) -> Result<usize> {
+    /// The interior that `node` names, or that it describes itself, then of this priority unless it says another.
+    fn named_or_inline(&self, loader: &mut Loader, name: &str, node: &Node, priority: u32) -> Result<usize> {
         let Some(volume) = node.get("volume") else {
-            let interior = self.content(loader, name, node)?;
+            let interior = self.content(loader, name, node, priority)?;
             return Ok(loader.volume(interior));
         };
         if let Some(surplus) = VOLUME.iter().find_map(|key| node.get(key)) {
@@ -196,7 +195,7 @@ impl Materials {
                 if inner.get("volume").is_none() {
                     inner.need("ior")?;
                 }
-                let interior = self.named_or_inline(loader, name, &inner)?;
+                let interior = self.named_or_inline(loader, name, &inner, 1)?;
                 let roughness = loader.roughness(&inner)?;
                 loader.rough(&roughness, |alpha| Material::Dielectric { interior, alpha })
             }
@@ -247,7 +246,7 @@ impl Materials {
         if let (true, Some(surplus)) = (is_bare, node.get("ior").or(node.get("priority"))) {
             return Err(surplus.fail("a boundary without a medium has no inside", "add \"medium\", or remove this key"));
         }
-        if is_bare { Ok(None) } else { Ok(Some(self.named_or_inline(loader, name, node)?)) }
+        if is_bare { Ok(None) } else { Ok(Some(self.named_or_inline(loader, name, node, 0)?)) }
     }
 }
 

@@ -9,6 +9,7 @@ mod matched;
 mod numerics;
 mod refraction;
 mod uniform;
+mod volumes;
 
 use super::{Case, View};
 use crate::film::Film;
@@ -27,6 +28,7 @@ pub fn all() -> Vec<Case> {
         numerics::cases(),
         hard::cases(),
         matched::cases(),
+        volumes::cases(),
     ]
     .into_iter()
     .flatten()

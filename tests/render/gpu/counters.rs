@@ -127,9 +127,9 @@ fn paths_into_more_volumes_than_they_can_keep_are_counted() {
         let mut film = abbe::film::Film::new(&scene.film);
         adapter::integrator(&scene, 1).unwrap().render_batch(abbe::render::Batch::even(0, 4), &mut film).unwrap()
     };
-    assert_eq!(nested(4).dropped(), 0);
-    let crowded = nested(5);
-    assert!(crowded.dropped_crowded > 0 && crowded.dropped() == crowded.dropped_crowded, "{crowded:?}");
+    assert_eq!(nested(8).dropped(), 0);
+    let crowded = nested(9);
+    assert!(crowded.dropped_crowded > 0 && crowded.dropped() == crowded.dropped_crowded && crowded.is_crowded(), "{crowded:?}");
 }
 
 #[test]

@@ -71,6 +71,7 @@ fn axes() -> [Vec<Value>; 5] {
         json!({"materials": {"m": {"dielectric": {"ior": 1.33}}, "n": {"dielectric": {"ior": "N-BK7", "priority": 2}}},
                "shapes": [{"sphere": {"center": [0, 1, 0], "radius": 0.5}, "material": "m"},
                           {"box": {"min": [0, 0.5, 0], "max": [1, 1.5, 1]}, "material": "n"}]}),
+        many_volumes(),
     ];
     let lights = vec![
         lamp("quad", quad.clone()),
@@ -107,6 +108,15 @@ fn axes() -> [Vec<Value>; 5] {
         json!({"film": {"bins": 6, "filter": "box"}}),
     ];
     [materials, lights, sensors, media, films]
+}
+
+/// More volumes within each other than a path has room for without need.
+fn many_volumes() -> Value {
+    let materials: serde_json::Map<String, Value> =
+        (0..5).map(|i| (format!("m{i}"), json!({"dielectric": {"ior": 1.3, "priority": i}}))).collect();
+    let ball =
+        |i: u32| json!({"sphere": {"center": [0, 1, 0], "radius": 0.5 - 0.05 * f64::from(i)}, "material": format!("m{i}")});
+    json!({"materials": materials, "shapes": (0..5).map(ball).collect::<Vec<_>>()})
 }
 
 /// So many lights near what they light that a grid pays.

@@ -103,6 +103,8 @@ cases! {
     many_samples "many-samples",
     matched_shadow "matched-shadow",
     matched_absorbing "matched-absorbing",
+    volumes_unseen "volumes-unseen",
+    volumes_absorbing "volumes-absorbing",
 }
 
 #[test]
