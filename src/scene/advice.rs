@@ -7,7 +7,7 @@ use crate::scene::bounds_of_all;
 use crate::scene::initial_interiors;
 use crate::scene::mesh;
 use crate::scene::volumes::overlaps;
-use crate::scene::weld::Weld;
+use crate::scene::weld::{Edge, Weld};
 use crate::scene::{Geometry, Interior, Light, Mesh, Scene, Shape};
 use glam::{DVec2, DVec3};
 use sight::sight;
@@ -109,7 +109,7 @@ fn solid(scene: &Scene, interior: usize, parts: &[&Shape], out: &mut Vec<String>
     };
     // Edges by the places of their ends, of which those within rounding (in seams, of single precision) are one: how often they are passed one way and
     // the other.
-    let mut edges: HashMap<[[i64; 3]; 2], [u32; 2]> = HashMap::new();
+    let mut edges: HashMap<Edge, [u32; 2]> = HashMap::new();
     let size = parts.iter().fold(Bounds::EMPTY, |b, s| b.union(bounds(&s.geometry)));
     let weld = Weld::new(size);
     let (mut area, mut sum) = (0.0, DVec3::ZERO);
@@ -120,7 +120,7 @@ fn solid(scene: &Scene, interior: usize, parts: &[&Shape], out: &mut Vec<String>
                     let c = corners(mesh, t);
                     let normal = (c[1] - c[0]).cross(c[2] - c[0]);
                     (area, sum) = (area + normal.length(), sum + normal);
-                    for (edge, way) in edges_of(&weld, c) {
+                    for (edge, way) in weld.edges(c) {
                         edges.entry(edge).or_default()[way] += 1;
                     }
                 }
@@ -132,11 +132,11 @@ fn solid(scene: &Scene, interior: usize, parts: &[&Shape], out: &mut Vec<String>
             _ => {}
         }
     }
-    let mut open: BTreeSet<[[i64; 3]; 2]> = edges.iter().filter(|(_, [a, b])| a + b == 1).map(|(edge, _)| *edge).collect();
+    let mut open: BTreeSet<Edge> = edges.iter().filter(|(_, [a, b])| a + b == 1).map(|(edge, _)| *edge).collect();
     let is_near = |s: &&Shape| scene.volume_of(s) != Some(interior) && bounds(&s.geometry).overlaps(&size);
     for other in scene.shapes.iter().filter(is_near) {
         if let (Geometry::Mesh(mesh), false) = (&other.geometry, open.is_empty()) {
-            (0..mesh.triangles.len()).flat_map(|t| edges_of(&weld, corners(mesh, t))).for_each(|(edge, _)| {
+            (0..mesh.triangles.len()).flat_map(|t| weld.edges(corners(mesh, t))).for_each(|(edge, _)| {
                 open.remove(&edge);
             });
         }
@@ -155,13 +155,6 @@ fn solid(scene: &Scene, interior: usize, parts: &[&Shape], out: &mut Vec<String>
              (Blender: Mesh > Normals > Recalculate Outside)"
         ));
     }
-}
-
-/// The edges of a triangle that have a length, by the places of their ends, and which way they are passed.
-fn edges_of(weld: &Weld, corners: [DVec3; 3]) -> impl Iterator<Item = ([[i64; 3]; 2], usize)> {
-    let ends = corners.map(|p| weld.place(p));
-    let edges = (0..3).map(move |i| (ends[i], ends[(i + 1) % 3]));
-    edges.filter(|(a, b)| a != b).map(|(a, b)| ([a.min(b), a.max(b)], usize::from(a > b)))
 }
 
 /// Volumes of equal priority that overlap, none of which lies within the other.

@@ -278,6 +278,11 @@ impl Sums {
         self.parts.extend(more.parts);
     }
 
+    /// The same surface, turned round.
+    pub fn turned(self) -> Self {
+        Sums { vector: -self.vector, volume: -self.volume, ..self }
+    }
+
     pub fn is_closed(&self) -> bool {
         self.open_ends == 0 && self.vector.length() < 1e-6 * self.area
     }

@@ -7,7 +7,7 @@
 use super::bodies::{Bodies, Body, Part, some_of};
 use super::json::load::Loader;
 use super::matched::Indices;
-use super::walls::walls;
+use super::walls::{Wall, walls};
 use super::{Geometry, Interior, Material, Scene, Shape};
 use crate::geometry::{Bounds, Mesh, bounds, corners};
 use glam::DVec3;
@@ -55,16 +55,7 @@ impl Loader {
 impl Scene {
     /// Finds what closes volumes beside their own surfaces and how they are nested, and puts interiors in the order of the file.
     pub(super) fn settle_volumes(&mut self) {
-        for (shape, triangles, interior) in walls(self).into_iter().rev() {
-            let Some(triangles) = triangles else {
-                self.shapes[shape].interior = Some(interior);
-                continue;
-            };
-            let others = others(&self.shapes[shape], &triangles);
-            let wall = Shape { interior: Some(interior), ..cut(&self.shapes[shape], &triangles) };
-            self.shapes[shape] = cut(&self.shapes[shape], &others);
-            self.shapes.insert(shape + 1, wall);
-        }
+        self.raise_walls();
         let nesting = Nesting::of(self);
         let depths = nesting.depths();
         // A shape whose bodies lie at different depths becomes one for each of these.
@@ -86,6 +77,22 @@ impl Scene {
             }
         }
         self.renumber(shapes);
+    }
+
+    /// Makes shapes of the walls of volumes.
+    fn raise_walls(&mut self) {
+        let walls = walls(self);
+        for of_shape in walls.chunk_by(|a, b| a.shape == b.shape).rev() {
+            let shape = of_shape[0].shape;
+            let whole = self.shapes.remove(shape);
+            let mut parts: Vec<Shape> = of_shape.iter().map(|wall| part_of_wall(&whole, wall)).collect();
+            if of_shape.iter().all(|wall| wall.triangles.is_some()) {
+                let walled: Vec<usize> = of_shape.iter().filter_map(|wall| wall.triangles.as_ref()).flatten().copied().collect();
+                let rest = others(&whole, &walled);
+                parts.extend((!rest.is_empty()).then(|| cut(&whole, &rest)));
+            }
+            self.shapes.splice(shape..shape, parts);
+        }
     }
 
     /// Takes these shapes, whose bodies lie at these depths, and numbers the pairs of an interior and a depth in the order of the shapes.
@@ -153,6 +160,21 @@ impl Scene {
         }
         new
     }
+}
+
+/// A shape as the wall of a volume, with normals out of that.
+fn part_of_wall(shape: &Shape, wall: &Wall) -> Shape {
+    let mut part = match &wall.triangles {
+        Some(triangles) => cut(shape, triangles),
+        None => shape.clone(),
+    };
+    part.interior = Some(wall.interior);
+    if let (Geometry::Mesh(mesh), true) = (&mut part.geometry, wall.is_turned) {
+        let mesh = Arc::make_mut(mesh);
+        mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        mesh.normals.iter_mut().for_each(|n| *n = -*n);
+    }
+    part
 }
 
 /// Some triangles of a mesh as a shape of its own.

@@ -7,6 +7,9 @@ use std::collections::HashMap;
 /// Vertices whose distance is below this share of the size of all that they may belong to are one.
 pub(super) const GRAIN: f64 = 1e-6;
 
+/// An edge by the places of its ends.
+pub(super) type Edge = [[i64; 3]; 2];
+
 /// Sets that are united.
 #[derive(Default)]
 struct Sets(Vec<usize>);
@@ -49,6 +52,13 @@ impl Weld {
     /// The place of a vertex.
     pub fn place(&self, p: DVec3) -> [i64; 3] {
         ((p - self.origin) / self.grain).to_array().map(|v| v.round() as i64)
+    }
+
+    /// The edges of a triangle that have a length, and which way they are passed.
+    pub fn edges(&self, corners: [DVec3; 3]) -> impl Iterator<Item = (Edge, usize)> {
+        let ends = corners.map(|p| self.place(p));
+        let edges = (0..3).map(move |i| (ends[i], ends[(i + 1) % 3]));
+        edges.filter(|(a, b)| a != b).map(|(a, b)| ([a.min(b), a.max(b)], usize::from(a > b)))
     }
 
     pub fn knows(&self, p: DVec3) -> bool {

@@ -111,6 +111,35 @@ fn opaque_faces_close_a_volume() {
     shapes.push(json!({"quad": {"corner": [-1, -1, 1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 3]}, "material": "paint"}));
     let stands = loaded(materials(), json!({}), shapes.into());
     assert!(stands.shapes.iter().all(|s| s.interior.is_none()));
+    // Nor does it keep the walls of one from being found, whatever way they are turned.
+    let mut shapes = faces(walls);
+    for face in &mut shapes[2..4] {
+        let quad = &mut face["quad"];
+        let u = quad["edge_u"].clone();
+        quad["edge_u"] = quad["edge_v"].take();
+        quad["edge_v"] = u;
+    }
+    shapes.push(json!({"quad": {"corner": [-1, -1, 1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 3]}, "material": "paint"}));
+    let turned = loaded(materials(), json!({}), shapes.into());
+    assert_eq!(turned.shapes.iter().filter(|s| s.interior == Some(1)).count(), 5);
+    assert_eq!([DVec3::ZERO, dvec3(0.0, -2.0, 0.0), dvec3(-2.0, 0.0, 0.0)].map(|p| at(&turned, p)), [(1, 1), (0, 0), (0, 0)]);
+    // A mirror between two solids bounds both.
+    let mut shapes = faces(["mirror", "glass", "glass", "glass", "glass", "glass"]);
+    for (mut face, (m, z)) in
+        faces(["mirror"; 6]).into_iter().zip([("flint", 2), ("", 0), ("flint", 2), ("flint", 2), ("flint", 2), ("flint", 2)])
+    {
+        if z > 0 {
+            let z = face["quad"]["corner"][2].as_f64().unwrap() + f64::from(z);
+            face["quad"]["corner"][2] = json!(z);
+            face["material"] = json!(m);
+            shapes.push(face);
+        }
+    }
+    let mut both = materials();
+    both["flint"] = json!({"dielectric": {"ior": 1.7}});
+    let both = loaded(both, json!({}), shapes.into());
+    assert_eq!([-0.5, 1.5, 3.5].map(|z| at(&both, dvec3(0.0, 0.0, z)).1), [1, 1, 0]);
+    assert_eq!(advice(&both), Vec::<String>::new());
     // Without one face it is open.
     let open = loaded(materials(), json!({}), faces(walls)[..5].to_vec().into());
     assert!(open.shapes.iter().all(|s| s.interior.is_none()) && advice(&open).iter().any(|line| line.contains("has a hole")));
