@@ -130,7 +130,6 @@ impl Bodies {
             }
             of.push((shape, if order.len() == 1 { Part::Whole(split[0]) } else { Part::Split(split) }));
         }
-        // Bodies, and the cavities in them.
         let mut body = |(i, sums): (usize, Sums)| {
             let here = || Placed {
                 solid: Rc::new(Solid::of(&sums.parts, |s| scene.shapes[s].geometry.clone())),
@@ -140,34 +139,9 @@ impl Bodies {
             let (is_closed, Sums { shape, bounds, volume, points, .. }) = (sums.is_closed(), sums);
             Body { shape, interior, bounds, is_closed, volume, points, solids }
         };
-        let mut bodies: Vec<Body> = sums.into_iter().enumerate().map(&mut body).collect();
-        let mut holder: Vec<usize> = (0..bodies.len()).collect();
-        for cavity in 0..bodies.len() {
-            if bodies[cavity].is_closed && bodies[cavity].volume < 0.0 {
-                let holds = |b: &usize| bodies[*b].volume > 0.0 && bodies[*b].is_closed && bodies[*b].surrounds(&bodies[cavity]);
-                let around = (0..bodies.len()).filter(holds).min_by(|&a, &b| bodies[a].volume.total_cmp(&bodies[b].volume));
-                match around {
-                    Some(around) => holder[cavity] = around,
-                    None => bodies[cavity].is_closed = false,
-                }
-            }
-        }
-        let mut index = vec![usize::MAX; bodies.len()];
-        let mut cavities: Vec<(usize, Body)> = Vec::new();
-        for (i, body) in bodies.into_iter().enumerate() {
-            if holder[i] == i {
-                index[i] = self.list.len();
-                self.list.push(body);
-            } else {
-                cavities.push((i, body));
-            }
-        }
-        for (i, cavity) in cavities {
-            index[i] = index[holder[i]];
-            let body = &mut self.list[index[i]];
-            body.points.extend(cavity.points);
-            body.solids.extend(cavity.solids);
-        }
+        let bodies: Vec<Body> = sums.into_iter().enumerate().map(&mut body).collect();
+        let (bodies, index) = with_cavities(bodies, self.list.len());
+        self.list.extend(bodies);
         self.of.extend(of.into_iter().map(|(shape, part)| match part {
             Part::Whole(b) => (shape, Part::Whole(index[b])),
             Part::Split(list) => (shape, Part::Split(list.into_iter().map(|b| index[b]).collect())),
@@ -188,6 +162,38 @@ impl Bodies {
         interiors.iter().for_each(|i| bodies.add(scene, *i, &shapes[i]));
         bodies
     }
+}
+
+/// The same with cavities as part of the least body that surrounds each, and where each then is, counted from `first`.
+fn with_cavities(mut bodies: Vec<Body>, first: usize) -> (Vec<Body>, Vec<usize>) {
+    let mut holder: Vec<usize> = (0..bodies.len()).collect();
+    for cavity in 0..bodies.len() {
+        if bodies[cavity].is_closed && bodies[cavity].volume < 0.0 {
+            let holds = |b: &usize| bodies[*b].volume > 0.0 && bodies[*b].is_closed && bodies[*b].surrounds(&bodies[cavity]);
+            let around = (0..bodies.len()).filter(holds).min_by(|&a, &b| bodies[a].volume.total_cmp(&bodies[b].volume));
+            match around {
+                Some(around) => holder[cavity] = around,
+                None => bodies[cavity].is_closed = false,
+            }
+        }
+    }
+    let mut index = vec![0; bodies.len()];
+    let (mut list, mut cavities): (Vec<Body>, Vec<(usize, Body)>) = (Vec::new(), Vec::new());
+    for (i, body) in bodies.into_iter().enumerate() {
+        if holder[i] == i {
+            index[i] = first + list.len();
+            list.push(body);
+        } else {
+            cavities.push((i, body));
+        }
+    }
+    for (i, cavity) in cavities {
+        index[i] = index[holder[i]];
+        let body = &mut list[index[i] - first];
+        body.points.extend(cavity.points);
+        body.solids.extend(cavity.solids);
+    }
+    (list, index)
 }
 
 /// Each connected part of a mesh in its own space, or all as one.
@@ -276,6 +282,7 @@ impl Sums {
         self.volume += more.volume;
         self.open_ends += more.open_ends;
         self.parts.extend(more.parts);
+        self.points.extend(more.points);
     }
 
     /// The same surface, turned round.
