@@ -71,7 +71,9 @@ fn aov(start: Ray) -> Aov {
         let interior = load_Material(index).interior;
         if (interior != NONE) {
             let sides = cross_surface(inside, ray, s, interior, hit);
-            is_there = is_there && !is_invisible(bare_material(index), sides);
+            // What is there of a mixture that is no glass is seen whatever the volumes.
+            let m = bare_material(index);
+            is_there = is_there && (m.kind == MATERIAL_KIND_MIX || !is_invisible(m, sides));
             inside = sides.beyond;
 #if CONTACT
             if (hit.contact != NONE) {

@@ -6,6 +6,7 @@ use super::rng::Rng;
 use super::sensor::sample_view;
 use crate::film::aov::{Albedo, AovBuffers, Sums};
 use crate::geometry::world::{Hit, Ray};
+use crate::scene::Material;
 use crate::scene::inside::MAX_STRAIGHT;
 use rayon::prelude::*;
 
@@ -37,8 +38,13 @@ impl Stage {
                 hits.iter().map(|h| (h, self.scene.bounding_part(self.scene.shapes[h.shape].material))).collect();
             let albedo = |hit: &Hit| albedos[self.scene.shapes[hit.shape].material];
             let seen = |hit: &Hit| Hit { ns: if ray.dir.dot(hit.ng) > 0.0 { -hit.ns } else { hit.ns }, ..*hit };
-            // Of surfaces that coincide the boundaries of volumes come last.
-            let others = met.iter().filter(|(_, material)| self.scene.materials[*material].interior().is_none());
+            // Of surfaces that coincide the boundaries of volumes come last. What is there of a mixture that is no glass is seen whatever the volumes.
+            let is_mixed = |hit: &Hit| {
+                let parts = self.scene.made_of(self.scene.shapes[hit.shape].material);
+                parts.into_iter().any(|m| matches!(self.scene.materials[m], Material::Mix { .. }))
+            };
+            let others =
+                met.iter().filter(|(hit, material)| self.scene.materials[*material].interior().is_none() || is_mixed(hit));
             if let Some((hit, _)) = others.into_iter().find(|(hit, _)| rng.next() < albedo(hit).presence) {
                 return Some((seen(hit), albedo(hit)));
             }

@@ -2,6 +2,7 @@
 
 use super::Scene;
 use super::inside::{crossings, up};
+use super::volumes::MOST_BOXES;
 use super::weld::Weld;
 use crate::geometry::world::{Ray, World};
 use crate::geometry::{Bounds, Geometry, Instance, Mesh, bounds, corners};
@@ -167,14 +168,14 @@ impl Bodies {
 /// The same with cavities as part of the least body that surrounds each, and where each then is, counted from `first`.
 fn with_cavities(mut bodies: Vec<Body>, first: usize) -> (Vec<Body>, Vec<usize>) {
     let mut holder: Vec<usize> = (0..bodies.len()).collect();
-    for cavity in 0..bodies.len() {
-        if bodies[cavity].is_closed && bodies[cavity].volume < 0.0 {
-            let holds = |b: &usize| bodies[*b].volume > 0.0 && bodies[*b].is_closed && bodies[*b].surrounds(&bodies[cavity]);
-            let around = (0..bodies.len()).filter(holds).min_by(|&a, &b| bodies[a].volume.total_cmp(&bodies[b].volume));
-            match around {
-                Some(around) => holder[cavity] = around,
-                None => bodies[cavity].is_closed = false,
-            }
+    let (cavities, solids): (Vec<usize>, Vec<usize>) =
+        (0..bodies.len()).filter(|&b| bodies[b].is_closed).partition(|&b| bodies[b].volume < 0.0);
+    let are_few = cavities.len().saturating_mul(solids.len()) <= MOST_BOXES;
+    for cavity in cavities {
+        let holds = |b: &usize| are_few && bodies[*b].surrounds(&bodies[cavity]);
+        match solids.iter().copied().filter(holds).min_by(|&a, &b| bodies[a].volume.total_cmp(&bodies[b].volume)) {
+            Some(around) => holder[cavity] = around,
+            None => bodies[cavity].is_closed = false,
         }
     }
     let mut index = vec![0; bodies.len()];

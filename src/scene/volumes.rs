@@ -15,7 +15,9 @@ use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 /// Pairs of bodies that are looked at, at most.
-const MOST_PAIRS: usize = 1_000_000;
+const MOST_PAIRS: usize = 200_000;
+/// Pairs of boxes that are looked at, at most: no scene is to keep the loader for minutes.
+pub(super) const MOST_BOXES: usize = 100_000_000;
 
 /// The volumes of a scene in the making.
 #[derive(Default)]
@@ -214,8 +216,8 @@ impl Nesting {
         let mut pairs = 0;
         meeting(&boxes, |i, j| {
             let (a, b) = (&list[i], &list[j]);
-            if a.interior == b.interior || priority(a) != priority(b) || !a.is_closed || !b.is_closed || pairs == MOST_PAIRS {
-                return;
+            if a.interior == b.interior || priority(a) != priority(b) || !a.is_closed || !b.is_closed {
+                return true;
             }
             pairs += 1;
             match (a.holds(b), b.holds(a)) {
@@ -223,6 +225,7 @@ impl Nesting {
                 (false, true) => nesting.holders[i].push(j),
                 _ => nesting.apart.push([i, j]),
             }
+            pairs < MOST_PAIRS
         });
         Nesting { bodies, ..nesting }
     }
@@ -261,20 +264,27 @@ fn close_volumes(scene: &Scene) -> BTreeSet<usize> {
         if priority(i) == priority(j) {
             close.extend([interiors[i], interiors[j]]);
         }
+        true
     });
     close
 }
 
-/// Calls `met` for every two boxes that have a point in common.
-fn meeting(boxes: &[Bounds], mut met: impl FnMut(usize, usize)) {
+/// Calls `met` for every two boxes that have a point in common, until it says no. False if not all pairs were looked at.
+fn meeting(boxes: &[Bounds], mut met: impl FnMut(usize, usize) -> bool) -> bool {
     let mut order: Vec<usize> = (0..boxes.len()).collect();
     order.sort_by(|&a, &b| boxes[a].min.x.total_cmp(&boxes[b].min.x));
     let mut open: Vec<usize> = Vec::new();
+    let mut looked_at = 0;
     for &i in &order {
         open.retain(|&j| boxes[j].max.x >= boxes[i].min.x);
-        open.iter().filter(|&&j| boxes[j].overlaps(&boxes[i])).for_each(|&j| met(j.min(i), j.max(i)));
+        looked_at += open.len();
+        let mut near = open.iter().filter(|&&j| boxes[j].overlaps(&boxes[i]));
+        if looked_at > MOST_BOXES || !near.all(|&j| met(j.min(i), j.max(i))) {
+            return false;
+        }
         open.push(i);
     }
+    true
 }
 
 /// How many different volumes there are in one place, at most, by the boxes of their bodies.
@@ -314,13 +324,17 @@ pub(crate) fn most_overlapping(scene: &Scene) -> usize {
     }
     let mut near: Vec<BTreeSet<usize>> = of.iter().map(|&i| BTreeSet::from([i])).collect();
     // In a place where most of them overlap the box that begins last along x meets all others, and begins within them.
-    meeting(&boxes, |i, j| {
+    let all_seen = meeting(&boxes, |i, j| {
         let last = if boxes[i].min.x > boxes[j].min.x { i } else { j };
         near[last].insert(of[i + j - last]);
         if boxes[i].min.x == boxes[j].min.x {
             near[i].insert(of[j]);
         }
+        near[last].len() < count
     });
+    if !all_seen {
+        return count;
+    }
     near.iter().map(BTreeSet::len).max().unwrap_or(0)
 }
 

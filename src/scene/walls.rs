@@ -1,6 +1,7 @@
 //! Opaque shapes that bound volumes: a solid may be glass on some sides only.
 
 use super::bodies::{Sums, summed};
+use super::volumes::MOST_BOXES;
 use super::weld::{Edge, GRAIN, Weld, connections};
 use super::{Material, Passage, Scene, Shape};
 use crate::geometry::{Bounds, Geometry, bounds, corners};
@@ -10,6 +11,9 @@ use std::collections::{BTreeMap, HashMap};
 
 /// Walls of a solid are looked for this many shapes away from its glass.
 const FARTHEST: usize = 8;
+
+/// Vertices that are looked at, at most.
+const MOST_VERTICES: usize = 20_000_000;
 
 /// What closes the surface of a volume beside its own faces.
 pub(super) struct Wall {
@@ -44,11 +48,13 @@ pub(super) fn walls(scene: &Scene) -> Vec<Wall> {
     let mut interiors: Vec<usize> = shapes.keys().copied().collect();
     interiors.sort_unstable();
     let mut walls = Vec::new();
-    for interior in interiors {
+    let mut left = MOST_VERTICES;
+    // The first so many: no scene is to keep the loader for minutes.
+    for interior in interiors.into_iter().take(MOST_BOXES / opaque.len().max(1)) {
         let own = &shapes[&interior];
         let size = own.iter().fold(Bounds::EMPTY, |b, &s| b.union(bounds(&scene.shapes[s].geometry)));
         if opaque.iter().any(|&s| near(&size, &bounds(&scene.shapes[s].geometry))) && !is_closed(scene, own) {
-            let (mut weld, joined) = joined(scene, size, own, &opaque);
+            let (mut weld, joined) = joined(scene, size, own, &opaque, &mut left);
             let (meshes, others): (Vec<usize>, Vec<usize>) =
                 joined.iter().partition(|s| matches!(scene.shapes[**s].geometry, Geometry::Mesh(_)));
             let is_own = |s: usize| own.contains(&s);
@@ -60,8 +66,8 @@ pub(super) fn walls(scene: &Scene) -> Vec<Wall> {
     walls
 }
 
-/// The vertices of these shapes of a volume and of the opaque shapes that have one in common with them, with one of those, and so on; and all these shapes.
-fn joined(scene: &Scene, size: Bounds, own: &[usize], opaque: &[usize]) -> (Weld, Vec<usize>) {
+/// The vertices of these shapes of a volume and of the opaque shapes that have one in common with them, with one of those, and so on; and all these shapes. Looks at `left` vertices at most.
+fn joined(scene: &Scene, size: Bounds, own: &[usize], opaque: &[usize], left: &mut usize) -> (Weld, Vec<usize>) {
     let mut weld = Weld::new(size);
     let mut all = own.to_vec();
     own.iter().for_each(|&s| {
@@ -69,11 +75,16 @@ fn joined(scene: &Scene, size: Bounds, own: &[usize], opaque: &[usize]) -> (Weld
     });
     let (mut rest, mut region) = (opaque.to_vec(), size);
     for _ in 0..FARTHEST {
-        let joins = |s: &usize| {
+        let mut joins = |s: &usize| {
             let geometry = &scene.shapes[*s].geometry;
-            near(&region, &bounds(geometry)) && connections(geometry).into_iter().any(|p| weld.knows(p))
+            if *left == 0 || !near(&region, &bounds(geometry)) {
+                return false;
+            }
+            let connections = connections(geometry);
+            *left = left.saturating_sub(connections.len());
+            connections.into_iter().any(|p| weld.knows(p))
         };
-        let (new, others): (Vec<usize>, Vec<usize>) = rest.into_iter().partition(joins);
+        let (new, others): (Vec<usize>, Vec<usize>) = rest.into_iter().partition(&mut joins);
         rest = others;
         if new.is_empty() {
             break;

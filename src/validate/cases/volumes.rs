@@ -93,7 +93,9 @@ fn unseen() -> Case {
     let rows = rows.collect();
     let view = |(name, scene): (&str, Value)| {
         let change: Option<fn(&mut Scene)> = if name == "shells" { Some(nest_shells) } else { None };
-        View { change, ..View::new(scene, 16) }
+        // Ground glass scatters at random.
+        let spp = if name.ends_with("-ground") { 640 } else { 16 };
+        View { change, ..View::new(scene, spp) }
     };
     Case {
         id: "volumes-unseen",
