@@ -4,7 +4,14 @@
 #include "bsdf/material.wgsl"
 #include "geometry/trace.wgsl"
 #include "geometry/surface.wgsl"
+// Kernels in which only the ranks of volumes count do not read what is in them.
+#if DIELECTRIC
 @group(0) @binding(8) var interiors: Table<Interior>;
+#elif CAMERA_PATHS || LIGHT_PATHS
+#if MEDIA || CONDUCTOR || COAT || THIN_FILM
+@group(0) @binding(8) var interiors: Table<Interior>;
+#endif
+#endif
 
 #if MANY_VOLUMES
 struct Volumes {
