@@ -94,7 +94,11 @@ fn unseen() -> Case {
     let view = |(name, scene): (&str, Value)| {
         let change: Option<fn(&mut Scene)> = if name == "shells" { Some(nest_shells) } else { None };
         // Ground glass scatters at random.
-        let spp = if name.ends_with("-ground") { 160 } else { 16 };
+        let spp = match name {
+            "polished-and-ground" => 160,
+            "mix-with-ground" => 320,
+            _ => 16,
+        };
         View { change, ..View::new(scene, spp) }
     };
     Case {
