@@ -290,7 +290,7 @@ fn inside_glass(scene: &Scene) -> Option<String> {
     let within = initial_interiors(scene, &[eye]).pop()?;
     let ruling = within.into_iter().max_by_key(|&i| (scene.interiors[i].priority, i))?;
     let around = |b: Bounds| b.min.cmplt(eye).all() && eye.cmplt(b.max).all();
-    let bounds_it = |m: usize| scene.materials[scene.bare(m)].interface().is_some_and(|(i, _)| i == ruling);
+    let bounds_it = |m: usize| scene.materials[scene.bounding_part(m)].interface().is_some_and(|(i, _)| i == ruling);
     let is_solid = scene.shapes.iter().any(|s| bounds_it(s.material) && around(bounds(&s.geometry)));
     let index = |i: usize| scene.interiors[i].ior.nd();
     let name = &scene.interiors[ruling].name;
