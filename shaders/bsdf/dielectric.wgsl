@@ -27,6 +27,41 @@ fn interface_reflectance(m: Material, cos_i: f32, near_row: u32, far_row: u32, k
     return fresnel_dielectric(cos_i, spectrum(far_row, k) / spectrum(near_row, k));
 }
 
+#if SHADING_NORMALS
+// For which wavelengths the shading normal (at cosine `cos_s` to the camera's side of a path) reflects totally what the geometric one (`cos_g`) would let out.
+fn is_let_out(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32, k: u32) -> vec4<bool> {
+    let eta = spectrum((*b).far_row, k) / spectrum((*b).near_row, k);
+    return (cos_transmitted_squared(cos_s, eta) <= vec4f(0.0)) & (cos_transmitted_squared(cos_g, eta) > vec4f(0.0));
+}
+
+#if LIGHT_PATHS
+// Such light the camera paths have to find: ends a light path that was reflected.
+fn leave_to_camera_paths(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32) {
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        beta[k] = select(beta[k], vec4f(0.0), is_let_out(b, cos_s, cos_g, k));
+    }
+}
+#else
+// Whether the path goes by the geometric normal, since that lets it out. If its wavelengths do not agree, some of them go on.
+fn goes_by_geometry(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32, u: f32) -> bool {
+    var let_out = 0.0;
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        let_out += sum4(select(vec4f(0.0), beta[k], is_let_out(b, cos_s, cos_g, k)));
+    }
+    let total = sum_beta();
+    let q = select(0.0, let_out / total, total > 0.0);
+    let goes = u < q;
+#if DISPERSION
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        let agrees = is_let_out(b, cos_s, cos_g, k) == vec4<bool>(goes);
+        beta[k] *= select(vec4f(0.0), vec4f(1.0 / select(1.0 - q, q, goes)), agrees);
+    }
+#endif
+    return goes;
+}
+#endif
+#endif
+
 // Reflection, or refraction with the collapse of the wavelengths where the index depends on them.
 fn sample_smooth_dielectric(b: ptr<function, Bsdf>, d: vec3f, n: vec3f) -> BsdfSample {
     let m = (*b).m;

@@ -15,7 +15,7 @@ fn pane_reflectance(m: Material, cos_i: f32, k: u32) -> vec4f {
 
 fn sample_thin_dielectric(b: ptr<function, Bsdf>, d: vec3f, n: vec3f) -> BsdfSample {
     let m = (*b).m;
-    let cos_i = clamp(-dot(d, n), 0.0, 1.0);
+    let cos_i = min(abs(dot(d, n)), 1.0);
     var reflected = vec4f(0.0);
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         reflected += beta[k] * pane_reflectance(m, cos_i, k);

@@ -10,6 +10,9 @@
 #include "path/state.wgsl"
 #include "path/mis.wgsl"
 #include "bsdf/bsdf.wgsl"
+#if SHADING_NORMALS
+#include "geometry/facet.wgsl"
+#endif
 #if LIGHT_PATHS
 #include "sensor/connect.wgsl"
 #endif
@@ -82,8 +85,9 @@ fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function
 @group(0) @binding(16) var points: Table<vec4f, PointLink, VisiblePoint, PointSheen>;
 @group(0) @binding(17) var<storage, read> heads: array<u32>;
 
-// Adds this vertex, the path's of this number, to all points around it; normals are on the side that a surface is lit from.
-fn merge(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
+// Adds this vertex, the path's of this number, to all points around it, `weight` times. The path arrives along `d`; normals are on the side that a surface is
+// lit from.
+fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
     let pass_index = pass_of_path;
     let in_fog = v.extinction > 0.0;
     // The lower of the two cells along each axis that the largest kernel can reach into.
@@ -130,21 +134,21 @@ fn merge(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
             continue;
         }
         var camera = v;
-        // Veach's correction for shading normals, as in adjoint_correction.
-        var factor = select(v.cos_from / max(abs(dot(ray.d, n)), 1e-20), 1.0, in_fog);
+        // Veach's correction for shading normals, as in leaving_factor.
+        var factor = select(v.cos_from / max(abs(dot(d, n)), 1e-20), 1.0, in_fog);
 #if SCATTERING
         if (in_fog) {
-            factor = phase_hg(-dot(normal, ray.d), bitcast<f32>(point.medium_or_coat));
+            factor = phase_hg(-dot(normal, d), bitcast<f32>(point.medium_or_coat));
             camera.pdf_rev = factor;
         }
 #endif
-        if (!in_fog && (dot(normal, ns) < 0.9 || abs(dot(to_point, n)) > 0.2 * radius || dot(normal, ray.d) >= 0.0)) {
+        if (!in_fog && (dot(normal, ns) < 0.9 || abs(dot(to_point, n)) > 0.2 * radius || dot(normal, d) >= 0.0)) {
             // Another surface, or its other side.
             continue;
         }
 #if SHEEN
         let over = load_PointSheen_at(at + TEXELS_OF_VisiblePoint);
-        factor *= out_of_sheen(over.sheen, over.entered, min(abs(dot(normal, ray.d)), 1.0));
+        factor *= out_of_sheen(over.sheen, over.entered, min(abs(dot(normal, d)), 1.0));
 #endif
         let measure = merge_measure(camera, radius);
         let merged = path.emission * safe_ratio(measure * camera.cos_from, camera.pdf_rev);
@@ -153,10 +157,10 @@ fn merge(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         var there: Bsdf;
         there.coat = select(point.medium_or_coat - 1u, NONE, in_fog);
         look_at_coat(&there, load_Material(select(there.coat, 0u, there.coat == NONE)));
-        var out = coat_transmittance(&there, min(abs(dot(normal, ray.d)), 1.0));
+        var out = coat_transmittance(&there, min(abs(dot(normal, d)), 1.0));
 #endif
         let kernel = select(measure, measure / v.extinction, in_fog);
-        let w = factor / (kernel * (1.0 + safe_ratio(others, merged)));
+        let w = weight * factor / (kernel * (1.0 + safe_ratio(others, merged)));
         for (var k = 0u; k < WAVELENGTHS4; k++) {
             Ld[k] = w * beta[k] * load_points(at + POINT_HEAD + k);
 #if COAT
@@ -175,10 +179,17 @@ fn merge(ray: Ray, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
 // What arrives at a surface that may be diffuse is merged before chance decides what the surface is: the points know which part of a mixture they are of.
 fn merge_at_surface(ray: Ray, s: Surface) {
     let flip = select(1.0, -1.0, dot(ray.d, s.n) > 0.0);
-    let cos_from = -flip * dot(ray.d, s.ns);
+    var d = ray.d;
+    var weight = 1.0;
+#if SHADING_NORMALS
+    let faced = light_on_facet(-d, s.n, s.ns);
+    d = -faced.w;
+    weight = faced.weight;
+#endif
+    let cos_from = -flip * dot(d, s.ns);
     if (cos_from > 0.0 && path.depth < params.max_depth) {
         let v = Vertex(s.p, cos_from, 1.0, 0.0, cos_from * INV_PI, false, 0.0);
-        merge(ray, v, path.depth + 1u, flip * s.n, flip * s.ns);
+        merge(d, weight, v, path.depth + 1u, flip * s.n, flip * s.ns);
     }
 }
 #endif
@@ -186,7 +197,7 @@ fn merge_at_surface(ray: Ray, s: Surface) {
 #if SCATTERING
 fn merge_in_medium(ray: Ray, at: ptr<function, Interaction>) {
     if (path.depth < params.max_depth) {
-        merge(ray, Vertex((*at).s.p, 1.0, 1.0, 0.0, 0.0, false, (*at).extinction), path.depth + 1u, vec3f(0.0), vec3f(0.0));
+        merge(ray.d, 1.0, Vertex((*at).s.p, 1.0, 1.0, 0.0, 0.0, false, (*at).extinction), path.depth + 1u, vec3f(0.0), vec3f(0.0));
     }
 }
 #endif

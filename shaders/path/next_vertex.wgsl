@@ -172,7 +172,13 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool, b: p
 #endif
     }
     // Behind the loop, of which every turn costs all that is in it.
-    let mu = min(abs(dot((*s).arrival, (*s).ns)), 1.0);
+    var arrival = (*s).arrival;
+#if SHADING_NORMALS
+#if LIGHT_PATHS
+    arrival = light_on_facet(-arrival, (*s).n, (*s).ns).w;
+#endif
+#endif
+    let mu = min(abs(dot(arrival, (*s).ns)), 1.0);
 #if SHEEN
     if ((*b).sheen != NONE) {
         let below = choose_sheen(b, &above_sheen, mu, next_1d());

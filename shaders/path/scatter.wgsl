@@ -2,6 +2,9 @@
 #include "common/sampler.wgsl"
 #include "bsdf/bsdf.wgsl"
 #include "geometry/surface.wgsl"
+#if SHADING_NORMALS
+#include "geometry/facet.wgsl"
+#endif
 #if GRAIN
 #include "geometry/grain.wgsl"
 #endif
@@ -46,6 +49,9 @@ fn draw_event() {
     event_choice = next_2d();
     event_light = next_2d();
     event_direction = next_2d();
+#if SHADING_NORMALS
+    event_facet = next_2d();
+#endif
 }
 
 // Russian roulette from the fourth event on, surviving by the mean throughput of the carried wavelengths.
@@ -72,13 +78,44 @@ fn leaves_to_its_side(at: ptr<function, Interaction>, w: vec3f, mu: f32) -> bool
     return is_in_medium(at) || dot((*at).n, w) * mu > 0.0;
 }
 
+#if SHADING_NORMALS
+// How the facet has it: where the path comes from, the direction to a light or the sensor, and where it goes on to, by the side of the facet that it left to.
+#if LIGHT_PATHS
+fn face_arrival(at: ptr<function, Interaction>, w: vec3f) -> Faced {
+    return light_on_facet(w, (*at).n, (*at).ns);
+}
+
+fn face_connection(at: ptr<function, Interaction>, w: vec3f) -> Faced {
+    return Faced(raised(w, (*at).ns, dot(w, (*at).n)), 1.0);
+}
+
+fn leave_facet(at: ptr<function, Interaction>, w: vec3f, side: f32) -> Faced {
+    return choose_facing(w, (*at).ns, (*at).n, side, event_facet.y);
+}
+#else
+fn face_arrival(at: ptr<function, Interaction>, w: vec3f) -> Faced {
+    return Faced(raised(w, (*at).ns, 1.0), 1.0);
+}
+
+fn face_connection(at: ptr<function, Interaction>, w: vec3f) -> Faced {
+    return light_on_facet(w, (*at).n, (*at).ns);
+}
+
+fn leave_facet(at: ptr<function, Interaction>, w: vec3f, side: f32) -> Faced {
+    return Faced(raised(w, (*at).n, side), 1.0);
+}
+#endif
+#endif
+
 // A factor on what leaves along `w` (cosine `mu`): sheen over the surface, and Veach's correction for shading normals (1997, eq. 5.19), of flux that
-// comes along `d`.
+// comes on the facet along `d`.
 fn leaving_factor(at: ptr<function, Interaction>, d: vec3f, w: vec3f, mu: f32) -> f32 {
     var factor = 1.0;
-#if ADJOINT_NORMALS
+#if SHADING_NORMALS
+#if LIGHT_PATHS
     let corrected = abs(dot(d, (*at).ns) * dot(w, (*at).n)) / max(abs(dot(d, (*at).n) * dot(w, (*at).ns)), 1e-20);
     factor = select(corrected, 1.0, is_in_medium(at));
+#endif
 #endif
 #if SHEEN
     factor *= out_of_sheen((*at).bsdf.sheen, (*at).bsdf.sheen_entered, mu);
@@ -160,18 +197,27 @@ fn shadow_starts_in(volumes: Volumes, light: LightSample) {
 
 // Takes a path that arrives by `ray` on from `at`: returns its next ray, or that of a connection which goes first.
 fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
-    if ((*at).cos_from <= 0.0) {
-        // Seen or lit from behind its shading normal a surface is black, for both passes alike.
-        return end_path(ray);
-    }
     var b = (*at).bsdf;
     let s = (*at).s;
-#if GRAIN
-    let frame = frame_along_grain(b.m, s, (*at).ns);
-#else
-    let frame = frame_around((*at).ns);
+    var d = ray.d; // the path's direction as the facet has it
+#if SHADING_NORMALS
+    if (!is_in_medium(at)) {
+        let arrival = face_arrival(at, -ray.d);
+        d = -arrival.w;
+        (*at).cos_from = -dot(d, (*at).ns);
+        scale_beta(arrival.weight);
+    }
 #endif
-    let wo = -ray.d * frame;
+    // Light from behind a facet goes through a pane, but nowhere else.
+    if ((*at).cos_from <= 0.0 && b.m.kind != MATERIAL_KIND_THIN_DIELECTRIC) {
+        return end_path(ray);
+    }
+#if GRAIN
+    var frame = frame_along_grain(b.m, s, (*at).ns);
+#else
+    var frame = frame_around((*at).ns);
+#endif
+    let wo = -d * frame;
     let specular = is_specular(b.m);
     var f: Spectrum;
 #if CAMERA_PATHS
@@ -186,13 +232,19 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
     var lit = false;
     if (!specular) {
         light = connect(s.p, event_choice.x, event_light);
+#if SHADING_NORMALS
+        let faced = face_connection(at, light.wi);
+        light.weight *= faced.weight;
+        let wl = select(faced.w, light.wi, is_in_medium(at)) * frame;
+#else
         let wl = light.wi * frame;
+#endif
         lit = light.weight > 0.0 && leaves_to_its_side(at, light.wi, wl.z);
         if (lit) {
             let densities = eval_bsdf(&b, wo, wl, &f);
             // Nothing goes through what does not transmit.
             lit = densities.pdf_fwd > 0.0;
-            let w = mis_weight_connection(light, vertex_towards(at, wl.z, densities)) * leaving_factor(at, ray.d, light.wi, wl.z);
+            let w = mis_weight_connection(light, vertex_towards(at, wl.z, densities)) * leaving_factor(at, d, light.wi, wl.z);
             for (var k = 0u; k < WAVELENGTHS4; k++) {
                 Ld[k] = w * beta[k] * f[k] * light_spectrum(light, k);
             }
@@ -202,7 +254,21 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
         }
     }
 #endif
-    let sampled = sample_bsdf(&b, ray.d, frame, wo);
+#if SHADING_NORMALS
+#if SMOOTH_DIELECTRIC
+#if CAMERA_PATHS
+    // No light path finds the same way: from the light's end the shading normal may let it in elsewhere.
+    if (b.m.kind == MATERIAL_KIND_SMOOTH_DIELECTRIC && goes_by_geometry(&b, (*at).cos_from, -dot(ray.d, (*at).n), event_facet.y)) {
+        d = ray.d;
+        frame[2] = (*at).n;
+#if CAUSTICS
+        path.light_path_density = 0.0;
+#endif
+    }
+#endif
+#endif
+#endif
+    let sampled = sample_bsdf(&b, d, frame, wo);
     var pdf = -1.0;
     if (!sampled.is_specular) {
         let densities = eval_bsdf(&b, wo, sampled.wi, &f);
@@ -213,14 +279,38 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
         pdf = densities.pdf_fwd;
         leave_vertex(vertex_towards(at, sampled.wi.z, densities));
     }
-    scale_beta(leaving_factor(at, ray.d, sampled.d, sampled.wi.z));
+    var out = sampled.d;
+    var leaves = true;
+#if SHADING_NORMALS
+    if (!is_in_medium(at)) {
+        let left = leave_facet(at, sampled.d, sampled.wi.z);
+        out = left.w;
+        scale_beta(left.weight);
+#if SMOOTH_DIELECTRIC
+#if LIGHT_PATHS
+        if (b.m.kind == MATERIAL_KIND_SMOOTH_DIELECTRIC && sampled.wi.z > 0.0) {
+            leave_to_camera_paths(&b, (*at).cos_from, abs(dot(out, (*at).n)));
+        }
+#endif
+#endif
+    }
+#if THIN_DIELECTRIC
+    if (b.m.kind == MATERIAL_KIND_THIN_DIELECTRIC) {
+        // What goes through a pane goes straight on, past the facets; so light that the mirror threw on them has not come through.
+        let through = sampled.wi.z < 0.0;
+        out = select(out, ray.d, through);
+        leaves = select((*at).cos_from > 0.0, dot(d, (*at).n) < 0.0, through);
+    }
+#endif
+#endif
+    scale_beta(leaving_factor(at, d, out, sampled.wi.z));
 #if INTERIORS
     inside = volumes_towards(at, sampled.wi.z);
 #endif
-    let survives = leaves_to_its_side(at, sampled.d, sampled.wi.z) && survives_roulette();
+    let survives = leaves && leaves_to_its_side(at, out, sampled.wi.z) && survives_roulette();
     path.pdf = pdf;
     path.last_vertex = s.p;
-    let next = Ray(leave(s, sampled.d), INFINITE, sampled.d, s.primitive, NONE, false);
+    let next = Ray(leave(s, out), INFINITE, out, s.primitive, NONE, false);
 #if CONNECT
     if (lit) {
         return shadow_then(next, survives, light, leave(s, light.wi), s.primitive);

@@ -10,6 +10,7 @@ pub mod coat;
 pub mod conductor;
 pub mod dielectric;
 pub mod energy;
+pub mod facet;
 pub mod fresnel;
 pub mod ggx;
 pub mod phase;

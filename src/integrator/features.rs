@@ -222,8 +222,8 @@ features! {
     };
     /// Light paths are merged on surfaces.
     MergesAtSurfaces "MERGES_AT_SURFACES" if |n| n.pass == Pass::Light && n.has(Feature::Merging) && n.has(Feature::Diffuse);
-    /// Flux is corrected where shading normals differ from geometric ones.
-    AdjointNormals "ADJOINT_NORMALS" if |n| n.pass == Pass::Light && (n.has(Feature::SmoothNormals) || n.has(Feature::NormalMaps));
+    /// Shading normals may contradict the geometry.
+    ShadingNormals "SHADING_NORMALS" if |n| n.has(Feature::SmoothNormals) || n.has(Feature::NormalMaps);
     /// The kernel counts what it does, which takes time of its own.
     Counted "COUNTED" if |_| false;
 }

@@ -8,6 +8,7 @@ use crate::bsdf::coat::Coat;
 use crate::bsdf::conductor::RoughConductor;
 use crate::bsdf::dielectric::RoughDielectric;
 use crate::bsdf::energy::EnergyTable;
+use crate::bsdf::facet;
 use crate::bsdf::fresnel::{self, Metal};
 use crate::bsdf::ggx::Width;
 use crate::bsdf::sample_cosine;
@@ -68,30 +69,49 @@ pub(super) struct Surface<'a> {
     frame: DMat3,
     /// Geometric normal on the side of `wo`.
     ng: DVec3,
+    /// Where the path came from, and that as the facet has it, which was chosen from as many (0 if it is behind the facet).
+    came_from: DVec3,
     wo: DVec3,
+    weight: f64,
     transport: Transport,
 }
 
 impl<'a> Surface<'a> {
-    /// `None` where the shading normal contradicts the geometry: such light is absorbed.
-    pub(super) fn new(bsdf: Bsdf<'a>, over: Over<'a>, hit: &Hit, wo: DVec3, transport: Transport) -> Option<Self> {
-        let side = if wo.dot(hit.ng) < 0.0 { -1.0 } else { 1.0 };
+    /// What the path sees, or lights, there ([`facet`]).
+    pub(super) fn new(bsdf: Bsdf<'a>, over: Over<'a>, hit: &Hit, came_from: DVec3, transport: Transport, rng: &mut Rng) -> Self {
+        let side = if came_from.dot(hit.ng) < 0.0 { -1.0 } else { 1.0 };
         let (ng, ns) = (hit.ng * side, hit.ns * side);
         let x = over.along.unwrap_or_else(|| ns.any_orthonormal_vector());
-        (wo.dot(ns) > 0.0).then_some(Self { bsdf, over, frame: DMat3::from_cols(x, ns.cross(x), ns), ng, wo, transport })
+        let (wo, weight) = match transport {
+            Transport::Radiance => (facet::raise(came_from, ns, 1.0), 1.0),
+            Transport::Flux => facet::choose(came_from, ng, ns, 1.0, || rng.next()),
+        };
+        Self { bsdf, over, frame: DMat3::from_cols(x, ns.cross(x), ns), ng, came_from, wo, weight, transport }
     }
 
-    /// Which side of the geometry `wi` goes to, as a factor: 0 where the shading normal says otherwise, else 1 or for flux Veach's correction.
+    /// Veach's correction of flux (1997, eq. 5.19).
     fn correction(&self, wi: DVec3) -> f64 {
         let (ns, ng) = (self.frame.z_axis, self.ng);
-        if wi.dot(ns) * wi.dot(ng) <= 0.0 {
-            return 0.0;
+        if ns == ng || self.transport == Transport::Radiance {
+            return 1.0;
         }
-        match self.transport {
-            Transport::Radiance => 1.0,
-            Transport::Flux if ns == ng => 1.0,
-            Transport::Flux => (self.wo.dot(ns) * wi.dot(ng) / (self.wo.dot(ng) * wi.dot(ns))).abs(),
+        (self.wo.dot(ns) * wi.dot(ng) / (self.wo.dot(ng) * wi.dot(ns))).abs()
+    }
+
+    /// Where light goes on to that leaves the facet along `w`, and the factor on it.
+    fn leave(&self, w: DVec3, transmitted: bool, rng: &mut Rng) -> (DVec3, f64) {
+        let (ns, ng) = (self.frame.z_axis, self.ng);
+        if transmitted && matches!(self.bsdf, Bsdf::Thin(..)) {
+            // Straight on, past the facets; so light that the mirror threw on them has not come through. Light from behind them has.
+            let thrown = self.wo.dot(ng) < 0.0;
+            return (-self.came_from, if thrown { 0.0 } else { self.weight.max(1.0) });
         }
+        let side = if transmitted { -1.0 } else { 1.0 };
+        let (wi, choices) = match self.transport {
+            Transport::Radiance => (facet::raise(w, ng, side), 1.0),
+            Transport::Flux => facet::choose(w, ns, ng, side, || rng.next()),
+        };
+        (wi, self.weight * choices * self.correction(wi))
     }
 
     /// Whether `wi` lies beyond the surface.
@@ -101,7 +121,11 @@ impl<'a> Surface<'a> {
 
     /// Density of scattered flux per solid angle of `wi` for the carried wavelength number `wavelength`; 0 for mirror-like surfaces.
     pub(super) fn eval(&self, wi: DVec3, wavelength: usize) -> f64 {
-        let (wo, local) = (self.local(self.wo), self.local(wi));
+        if self.weight == 0.0 {
+            return 0.0;
+        }
+        let facing = facet::raise(wi, self.frame.z_axis, wi.dot(self.ng).signum());
+        let (wo, local) = (self.local(self.wo), self.local(facing));
         let g = match &self.bsdf {
             Bsdf::Diffuse(rho) => self.paint(rho[wavelength], wavelength, wo, local) * local.z.max(0.0) / PI,
             Bsdf::Conductor { metal, width, energy: Some(energy) } => {
@@ -115,7 +139,7 @@ impl<'a> Surface<'a> {
         };
         let own = self.over.coat.get(wavelength).map_or(0.0, |coat| coat.eval(wo, local));
         let of_sheen = self.over.sheen.as_ref().map_or(0.0, |(sheen, color)| color[wavelength] * sheen.eval(wo, local));
-        (of_sheen + self.under_sheen(wo, local) * (own + g)) * self.correction(wi)
+        (of_sheen + self.under_sheen(wo, local) * (own + g)) * self.weight * self.correction(wi)
     }
 
     /// What sheen leaves of what is under it.
@@ -139,21 +163,48 @@ impl<'a> Surface<'a> {
 
     /// Scatters the path: nothing if absorbed, several where dispersion parts its wavelengths.
     pub(super) fn sample(&self, wavelengths: &[WavelengthSample], rng: &mut Rng) -> Vec<Outgoing> {
-        let mut out = self.sample_under_sheen(self.local(self.wo), wavelengths, rng);
+        // A pane that is lit from behind its facets lets through what it would from before them.
+        let local = self.local(self.wo);
+        let mut out = self.sample_under_sheen(local.with_z(local.z.abs()), wavelengths, rng);
         for o in &mut out {
-            let refracted = o.transmitted && self.transport == Transport::Radiance;
-            o.wi = (self.frame * o.wi).normalize();
-            let correction = self.correction(o.wi);
-            for wavelength in &mut o.wavelengths {
-                wavelength.beta *= correction;
-                if let (true, Bsdf::Dielectric { eta, .. }) = (refracted, &self.bsdf) {
-                    let eta = eta[wavelengths.iter().position(|l| l.bin == wavelength.bin).unwrap_or(0)];
+            let (wi, factor) = self.leave((self.frame * o.wi).normalize(), o.transmitted, rng);
+            o.wi = wi;
+            o.wavelengths.iter_mut().for_each(|wavelength| wavelength.beta *= factor);
+        }
+        if let Bsdf::Dielectric { eta, energy, .. } = &self.bsdf {
+            if energy.is_none() && self.ng != self.frame.z_axis {
+                self.go_by_geometry(&mut out, wavelengths, eta, rng);
+            }
+            for o in out.iter_mut().filter(|o| o.transmitted && self.transport == Transport::Radiance) {
+                for wavelength in &mut o.wavelengths {
+                    let eta = eta[number_of(wavelength, wavelengths)];
                     wavelength.beta /= eta * eta;
                     wavelength.etendue *= eta * eta;
                 }
             }
         }
         out
+    }
+
+    /// Smooth glass: lets the wavelengths that [`facet::is_let_out`] names go by the geometric normal, not as in `out`.
+    fn go_by_geometry(&self, out: &mut Vec<Outgoing>, wavelengths: &[WavelengthSample], eta: &[f64], rng: &mut Rng) {
+        let frame = DMat3::from_cols(self.ng.any_orthonormal_vector(), self.ng.cross(self.ng.any_orthonormal_vector()), self.ng);
+        let mut by_geometry = self.sample_local(frame.transpose() * self.came_from, wavelengths, rng);
+        by_geometry.iter_mut().for_each(|o| o.wi = (frame * o.wi).normalize());
+        for (outgoing, by_geometry) in out.iter_mut().map(|o| (o, false)).chain(by_geometry.iter_mut().map(|o| (o, true))) {
+            let (eye, inverse) = match self.transport {
+                Transport::Radiance => (self.came_from, false),
+                Transport::Flux => (outgoing.wi, outgoing.transmitted),
+            };
+            for wavelength in &mut outgoing.wavelengths {
+                let eta = eta[number_of(wavelength, wavelengths)];
+                let eta = if inverse { 1.0 / eta } else { eta };
+                if facet::is_let_out(eye, self.frame.z_axis, self.ng, eta) != by_geometry {
+                    wavelength.beta = 0.0;
+                }
+            }
+        }
+        out.append(&mut by_geometry);
     }
 
     /// The sheen's own reflection or what is under it; each weighs the more for its probability.
@@ -422,6 +473,11 @@ pub(super) fn straight_share(scene: &Scene, index: usize, cos: f64, uv: DVec2, n
 /// Those of a film, if there is one, else of what lies bare.
 fn reflectances(film: &[Stack], eta: &[f64], cos: f64, bare: impl Fn(f64, f64) -> f64) -> Vec<f64> {
     if film.is_empty() { eta.iter().map(|&n| bare(cos, n)).collect() } else { film.iter().map(|s| s.reflectance(cos)).collect() }
+}
+
+/// Which of `wavelengths` this one came from.
+fn number_of(wavelength: &WavelengthSample, wavelengths: &[WavelengthSample]) -> usize {
+    wavelengths.iter().position(|l| l.bin == wavelength.bin).unwrap_or(0)
 }
 
 fn mean(values: &[f64]) -> f64 {

@@ -174,7 +174,7 @@ impl Stage {
                 path.inside = beyond;
                 continue;
             };
-            let Some(surface) = Surface::new(bsdf, over, &hit, -path.ray.dir, transport) else { return };
+            let surface = Surface::new(bsdf, over, &hit, -path.ray.dir, transport, rng);
             if !self.may_scatter(&path, stats) {
                 return;
             }
