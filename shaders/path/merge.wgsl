@@ -85,8 +85,8 @@ fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function
 @group(0) @binding(16) var points: Table<vec4f, PointLink, VisiblePoint, PointSheen>;
 @group(0) @binding(17) var<storage, read> heads: array<u32>;
 
-// Adds this vertex, the path's of this number, to all points around it, `weight` times. The path arrives along `d`; normals are on the side that a surface is
-// lit from.
+// Adds this vertex, the path's of this number, to all points around it, `weight` times. The path arrives along `d`, as facets have it; normals are on the side
+// that a surface is lit from.
 fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
     let pass_index = pass_of_path;
     let in_fog = v.extinction > 0.0;
@@ -134,12 +134,11 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
             continue;
         }
         var camera = v;
-        // Veach's correction for shading normals, as in leaving_factor.
-        var factor = select(v.cos_from / max(abs(dot(d, n)), 1e-20), 1.0, in_fog);
+        var factor = weight;
 #if SCATTERING
         if (in_fog) {
-            factor = phase_hg(-dot(normal, d), bitcast<f32>(point.medium_or_coat));
-            camera.pdf_rev = factor;
+            camera.pdf_rev = phase_hg(-dot(normal, d), bitcast<f32>(point.medium_or_coat));
+            factor *= camera.pdf_rev;
         }
 #endif
         if (!in_fog && (dot(normal, ns) < 0.9 || abs(dot(to_point, n)) > 0.2 * radius || dot(normal, d) >= 0.0)) {
@@ -160,7 +159,7 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         var out = coat_transmittance(&there, min(abs(dot(normal, d)), 1.0));
 #endif
         let kernel = select(measure, measure / v.extinction, in_fog);
-        let w = weight * factor / (kernel * (1.0 + safe_ratio(others, merged)));
+        let w = factor / (kernel * (1.0 + safe_ratio(others, merged)));
         for (var k = 0u; k < WAVELENGTHS4; k++) {
             Ld[k] = w * beta[k] * load_points(at + POINT_HEAD + k);
 #if COAT
@@ -179,16 +178,19 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
 // What arrives at a surface that may be diffuse is merged before chance decides what the surface is: the points know which part of a mixture they are of.
 fn merge_at_surface(ray: Ray, s: Surface) {
     let flip = select(1.0, -1.0, dot(ray.d, s.n) > 0.0);
+    let cos_from = -flip * dot(ray.d, s.n);
     var d = ray.d;
+    var cos_facet = cos_from;
     var weight = 1.0;
 #if SHADING_NORMALS
     let faced = light_on_facet(-d, s.n, s.ns);
     d = -faced.w;
-    weight = faced.weight;
+    cos_facet = flip * dot(faced.w, s.ns);
+    // Veach's correction for shading normals, as in leaving_factor.
+    weight = faced.weight * cos_facet / max(cos_from, 1e-20);
 #endif
-    let cos_from = -flip * dot(d, s.ns);
-    if (cos_from > 0.0 && path.depth < params.max_depth) {
-        let v = Vertex(s.p, cos_from, 1.0, 0.0, cos_from * INV_PI, false, 0.0);
+    if (cos_facet > 0.0 && path.depth < params.max_depth) {
+        let v = Vertex(s.p, cos_from, 1.0, 0.0, cos_facet * INV_PI, false, 0.0);
         merge(d, weight, v, path.depth + 1u, flip * s.n, flip * s.ns);
     }
 }

@@ -384,7 +384,7 @@ fn meet_surface(ray: Ray, hit: Hit, at: ptr<function, Interaction>) -> Met {
     (*at).s = s;
     (*at).n = flip * s.n;
     (*at).ns = flip * s.ns;
-    (*at).cos_from = -dot(ray.d, (*at).ns);
+    (*at).cos_from = -dot(ray.d, (*at).n);
     return Met(true, ray);
 }
 

@@ -32,7 +32,7 @@ struct Interaction {
     s: Surface, // in a medium one at right angles to the path, without error
     n: vec3f, // geometric normal on the side of the path; in a medium its direction, as `ns`
     ns: vec3f, // shading normal on the side of the path
-    cos_from: f32, // cosine to where the path comes from, 1 in a medium
+    cos_from: f32, // geometric cosine to where the path comes from, 1 in a medium
     extinction: f32, // of a medium, 0 on a surface
 #if INTERIORS
     here: Volumes, // volumes on the side of the path
@@ -123,9 +123,14 @@ fn leaving_factor(at: ptr<function, Interaction>, d: vec3f, w: vec3f, mu: f32) -
     return factor;
 }
 
-// The vertex as multiple importance sampling sees it, for a direction of cosine `mu`.
-fn vertex_towards(at: ptr<function, Interaction>, mu: f32, densities: BsdfPdf) -> Vertex {
-    let cos_to = select(abs(mu), 1.0, is_in_medium(at));
+// The vertex as multiple importance sampling sees it, for a direction `w` of cosine `mu` to the shading normal.
+fn vertex_towards(at: ptr<function, Interaction>, w: vec3f, mu: f32, densities: BsdfPdf) -> Vertex {
+#if SHADING_NORMALS
+    let cos_n = abs(dot(w, (*at).n));
+#else
+    let cos_n = abs(mu);
+#endif
+    let cos_to = select(cos_n, 1.0, is_in_medium(at));
     return Vertex((*at).s.p, (*at).cos_from, cos_to, densities.pdf_fwd, densities.pdf_rev, !is_merging((*at).bsdf.m.kind), (*at).extinction);
 }
 
@@ -200,16 +205,17 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
     var b = (*at).bsdf;
     let s = (*at).s;
     var d = ray.d; // the path's direction as the facet has it
+    var cos_facet = (*at).cos_from; // its cosine there
 #if SHADING_NORMALS
     if (!is_in_medium(at)) {
         let arrival = face_arrival(at, -ray.d);
         d = -arrival.w;
-        (*at).cos_from = -dot(d, (*at).ns);
+        cos_facet = dot(arrival.w, (*at).ns);
         scale_beta(arrival.weight);
     }
 #endif
     // Light from behind a facet goes through a pane, but nowhere else.
-    if ((*at).cos_from <= 0.0 && b.m.kind != MATERIAL_KIND_THIN_DIELECTRIC) {
+    if (cos_facet <= 0.0 && b.m.kind != MATERIAL_KIND_THIN_DIELECTRIC) {
         return end_path(ray);
     }
 #if GRAIN
@@ -244,7 +250,7 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
             let densities = eval_bsdf(&b, wo, wl, &f);
             // Nothing goes through what does not transmit.
             lit = densities.pdf_fwd > 0.0;
-            let w = mis_weight_connection(light, vertex_towards(at, wl.z, densities)) * leaving_factor(at, d, light.wi, wl.z);
+            let w = mis_weight_connection(light, vertex_towards(at, light.wi, wl.z, densities)) * leaving_factor(at, d, light.wi, wl.z);
             for (var k = 0u; k < WAVELENGTHS4; k++) {
                 Ld[k] = w * beta[k] * f[k] * light_spectrum(light, k);
             }
@@ -258,7 +264,7 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
 #if SMOOTH_DIELECTRIC
 #if CAMERA_PATHS
     // No light path finds the same way: from the light's end the shading normal may let it in elsewhere.
-    if (b.m.kind == MATERIAL_KIND_SMOOTH_DIELECTRIC && goes_by_geometry(&b, (*at).cos_from, -dot(ray.d, (*at).n), event_facet.y)) {
+    if (b.m.kind == MATERIAL_KIND_SMOOTH_DIELECTRIC && goes_by_geometry(&b, cos_facet, (*at).cos_from, event_facet.y)) {
         d = ray.d;
         frame[2] = (*at).n;
 #if CAUSTICS
@@ -269,16 +275,6 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
 #endif
 #endif
     let sampled = sample_bsdf(&b, d, frame, wo);
-    var pdf = -1.0;
-    if (!sampled.is_specular) {
-        let densities = eval_bsdf(&b, wo, sampled.wi, &f);
-        let weight = 1.0 / densities.pdf;
-        for (var k = 0u; k < WAVELENGTHS4; k++) {
-            beta[k] *= select(vec4f(0.0), f[k] * weight, densities.pdf > 0.0);
-        }
-        pdf = densities.pdf_fwd;
-        leave_vertex(vertex_towards(at, sampled.wi.z, densities));
-    }
     var out = sampled.d;
     var leaves = true;
 #if SHADING_NORMALS
@@ -289,7 +285,7 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
 #if SMOOTH_DIELECTRIC
 #if LIGHT_PATHS
         if (b.m.kind == MATERIAL_KIND_SMOOTH_DIELECTRIC && sampled.wi.z > 0.0) {
-            leave_to_camera_paths(&b, (*at).cos_from, abs(dot(out, (*at).n)));
+            leave_to_camera_paths(&b, cos_facet, abs(dot(out, (*at).n)));
         }
 #endif
 #endif
@@ -299,10 +295,20 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
         // What goes through a pane goes straight on, past the facets; so light that the mirror threw on them has not come through.
         let through = sampled.wi.z < 0.0;
         out = select(out, ray.d, through);
-        leaves = select((*at).cos_from > 0.0, dot(d, (*at).n) < 0.0, through);
+        leaves = select(cos_facet > 0.0, dot(d, (*at).n) < 0.0, through);
     }
 #endif
 #endif
+    var pdf = -1.0;
+    if (!sampled.is_specular) {
+        let densities = eval_bsdf(&b, wo, sampled.wi, &f);
+        let weight = 1.0 / densities.pdf;
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
+            beta[k] *= select(vec4f(0.0), f[k] * weight, densities.pdf > 0.0);
+        }
+        pdf = densities.pdf_fwd;
+        leave_vertex(vertex_towards(at, out, sampled.wi.z, densities));
+    }
     scale_beta(leaving_factor(at, d, out, sampled.wi.z));
 #if INTERIORS
     inside = volumes_towards(at, sampled.wi.z);

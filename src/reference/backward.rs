@@ -1,8 +1,8 @@
 //! The backward estimator: paths from the sensor that count what light they happen to meet.
 
-use super::material::Transport;
 use super::rng::Rng;
 use super::sensor::{on_surface, sample_view};
+use super::surface::Transport;
 use super::walk::{Observer, Path, WavelengthSample};
 use super::{Stage, finite};
 use crate::geometry::world::Hit;

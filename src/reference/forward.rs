@@ -1,9 +1,9 @@
 //! The forward estimator: paths from the lights, connected to the camera wherever they scatter, or counted where they cross the sensor.
 
-use super::material::Transport;
 use super::medium::Medium;
 use super::rng::Rng;
 use super::sensor::{connect, crossing, on_surface, sample_view, splat};
+use super::surface::Transport;
 use super::walk::{Observer, Path, Vertex, WavelengthSample};
 use super::{Stage, finite};
 use crate::geometry::world::Ray;

@@ -20,6 +20,7 @@ mod material;
 mod medium;
 mod rng;
 mod sensor;
+mod surface;
 mod walk;
 
 use crate::bsdf::energy::EnergyTable;

@@ -3,9 +3,10 @@
 
 use super::Stage;
 use super::interiors::{Crossing, cross, ruling};
-use super::material::{Surface, Transport, straight_share};
+use super::material::straight_share;
 use super::medium::Medium;
 use super::rng::Rng;
+use super::surface::{Surface, Transport};
 use crate::bsdf::phase;
 use crate::geometry::world::{Hit, Ray};
 use crate::scene::inside::MAX_STRAIGHT;

@@ -4,6 +4,7 @@ use crate::estimates::agree;
 use crate::scenes::*;
 use abbe::scene::initial_interiors;
 use abbe::scene::*;
+use abbe::spectrum::Ior;
 use glam::{DMat3, DVec3, dvec3};
 use std::sync::Arc;
 
@@ -78,6 +79,33 @@ fn backward_and_forward_agree_with_shading_normals() {
     shape(&mut s, metal, Geometry::Mesh(Arc::new(Mesh { positions, normals, triangles, ..Mesh::default() })));
     s.sensor = orthographic(dvec3(0.0, 1.2, 3.0), dvec3(0.0, 0.6, 0.0), 1.6);
     agree("shading normals", &s, 600, 1600);
+}
+
+#[test]
+fn backward_and_forward_agree_where_shading_normals_contradict_the_geometry() {
+    let mut s = room(2, 4);
+    let paint = material(&mut s, Material::Diffuse { reflectance: flat(0.8).into() });
+    let metal = material(&mut s, Material::Conductor { eta: flat(0.5), k: flat(3.0), alpha: 0.6 });
+    let coated = material(&mut s, Material::Coated { base: paint, ior: flint(), alpha: 0.5 });
+    let sheen = material(&mut s, Material::Sheen { base: paint, color: flat(0.8), alpha: 0.5 });
+    // Tiles whose normals lean away from the camera, and some from the light.
+    let leaning = [dvec3(0.9, 0.2, 0.35), dvec3(-0.9, 0.1, 0.4), dvec3(0.1, -0.9, 0.3), dvec3(0.2, 0.9, 0.2)];
+    for (i, (m, n)) in [paint, metal, coated, sheen].into_iter().zip(leaning).enumerate() {
+        let x = 0.5 * i as f64 - 1.0;
+        let positions = vec![dvec3(x, 0.2, 0.0), dvec3(x + 0.5, 0.2, 0.0), dvec3(x + 0.5, 1.0, -0.3), dvec3(x, 1.0, -0.3)];
+        let (normals, triangles) = (vec![n.normalize(); 4], vec![[0, 1, 2], [0, 2, 3]]);
+        shape(&mut s, m, Geometry::Mesh(Arc::new(Mesh { positions, normals, triangles, ..Mesh::default() })));
+    }
+    s.sensor = orthographic(dvec3(1.5, 1.2, 2.0), dvec3(0.0, 0.6, 0.0), 1.2);
+    agree("contradicting normals", &s, 600, 4000);
+    // Glass, and a pane above the camera's view.
+    let mut s = room(2, 4);
+    let m = glass(&mut s, solid("glass", 1.5, 1), 0.0);
+    shape(&mut s, m, smooth_ball(dvec3(-0.4, 1.1, 0.3), 0.4));
+    let pane = material(&mut s, Material::ThinDielectric { ior: Ior::constant(2.5) });
+    shape(&mut s, pane, smooth_ball(dvec3(0.5, 1.1, 0.3), 0.3));
+    s.sensor = pinhole(dvec3(0.0, 0.5, 2.0), dvec3(0.0, 0.0, 0.3), 0.25);
+    agree("light through contradicting normals", &s, 500, 3000);
 }
 
 #[test]

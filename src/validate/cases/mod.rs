@@ -8,6 +8,7 @@ mod light;
 mod matched;
 mod numerics;
 mod refraction;
+mod shading;
 mod uniform;
 mod volumes;
 
@@ -29,6 +30,7 @@ pub fn all() -> Vec<Case> {
         hard::cases(),
         matched::cases(),
         volumes::cases(),
+        shading::cases(),
     ]
     .into_iter()
     .flatten()

@@ -135,7 +135,8 @@ pub fn normals() -> Scene {
     let mut s = room(4, 16);
     s.max_depth = 16;
     s.shapes.truncate(1);
-    let slopes = [[0.3, 0.2], [-0.4, 0.1], [0.0, -0.3], [0.2, -0.2], [-0.1, 0.35], [0.1, 0.0]];
+    // Some so steep that the surface is seen and lit from behind them.
+    let slopes = [[0.3, 0.2], [-1.6, 0.1], [0.0, -0.3], [0.2, -2.0], [-0.1, 0.35], [1.2, 0.9]];
     let texels = slopes.iter().map(|[x, y]| [*x, *y, 1.0, 0.0]).collect();
     let map = Arc::new(Image { width: 3, height: 2, texels });
     let turned = |base: usize, repeats: f64| Material::NormalMapped {
