@@ -126,7 +126,7 @@ fn ball(scene: &mut Scene) {
         dvec3(theta.sin() * phi.cos(), theta.cos(), -theta.sin() * phi.sin())
     };
     // All of a pole's vertices are its first.
-    let at = |band: u32, meridian: u32| 16 * band + if band % 8 == 0 { 0 } else { meridian % 16 };
+    let at = |band: u32, meridian: u32| 16 * band + if band.is_multiple_of(8) { 0 } else { meridian % 16 };
     let quads = (0..128).map(|i| (i / 16, i % 16)).map(|(b, m)| [at(b, m), at(b + 1, m), at(b + 1, m + 1), at(b, m + 1)]);
     shade_round(scene, (0..144).map(vertex).collect(), quads);
 }
