@@ -21,8 +21,8 @@ pub(super) fn cases() -> Vec<Case> {
     let clear = "clear glass shaded smooth, in uniform light";
     vec![
         tiles("leaning-mirror", "white mirrors whose normals lean, in uniform light", mirror(0.0), 1),
-        tiles("leaning-metal", "the same, rough", mirror(0.6), 16),
-        tiles("leaning-paint", "white paint whose normals lean, in uniform light", json!({"diffuse": {"reflectance": 1}}), 16),
+        tiles("leaning-metal", "the same, rough", mirror(0.6), 48),
+        tiles("leaning-paint", "white paint whose normals lean, in uniform light", json!({"diffuse": {"reflectance": 1}}), 32),
         tiles("leaning-pane", "panes whose normals lean, in uniform light", json!({"thin_dielectric": {"ior": 2}}), 1),
         smooth("smooth-cube", clear, &glass, cube, 16),
         smooth("smooth-ball", clear, &glass, ball, 16),

@@ -469,7 +469,7 @@ agree! {
     });
     pictures_on_surfaces, 56, 1.0, textures::surfaces();
     a_picture_on_a_lamp, 120, 1.0, textures::lamps();
-    maps_of_normals, 48, 1.0, textures::normals();
+    maps_of_normals, 80, 1.0, textures::normals();
     roughness_that_varies, 16, 2.6, textures::roughness();
     one_bin, 64, 1.0, bins(1);
 }
