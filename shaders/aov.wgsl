@@ -13,6 +13,9 @@
 #if INTERIORS
 #include "bsdf/material.wgsl"
 #endif
+#if START_VOLUMES
+#include "medium/start.wgsl"
+#endif
 #include "sensor/sensor.wgsl"
 
 @group(0) @binding(5) var albedos: Table<vec4f>; // of every material: colour, and the share of rays that it stops
@@ -59,8 +62,26 @@ fn aov(start: Ray) -> Aov {
 #if INTERIORS
     inside = volumes_of(params.inside, params.inside_more);
 #endif
+#if START_VOLUMES
+    var is_starting = true;
+    ray = way_up(start);
+#endif
     for (var crossings = 0u; crossings <= MAX_CROSSINGS; crossings++) {
         let hit = trace(ray);
+#if START_VOLUMES
+        if (is_starting) {
+            is_starting = hit.primitive != NONE;
+            if (is_starting) {
+                ray = climb(ray, hit);
+            } else {
+                ray = start;
+#if CONTACT
+                beside = NOTHING;
+#endif
+            }
+            continue;
+        }
+#endif
         if (hit.primitive == NONE) {
             break;
         }

@@ -9,28 +9,8 @@
 #include "common/counters.wgsl"
 #include "sensor/sensor.wgsl"
 #include "path/state.wgsl"
+#include "path/start.wgsl"
 #include "path/next_vertex.wgsl"
-
-#if LIT_SENSOR
-// Light that falls on an irradiance sensor straight from a light: sampled as at a diffuse surface, since `ray` leaves it likewise.
-fn light_on_sensor(ray: Ray) -> Ray {
-    path.pdf = dot(sensor_normal, ray.d) * INV_PI;
-    let choice = next_1d();
-    let light = connect(ray.o, choice, next_2d());
-    let pdf = dot(sensor_normal, light.wi) * INV_PI;
-    if (light.weight <= 0.0 || pdf <= 0.0) {
-        return ray;
-    }
-    let w = mis_weight_connection(light, Vertex(ray.o, 1.0, pdf * PI, pdf, 0.0, false, 0.0)) * pdf;
-    for (var k = 0u; k < WAVELENGTHS4; k++) {
-        Ld[k] = w * beta[k] * light_spectrum(light, k);
-    }
-#if INTERIORS
-    shadow_starts_in(inside, light);
-#endif
-    return shadow_then(ray, true, light, ray.o, NONE);
-}
-#endif
 
 var<private> sampled_pixel: u32;
 var<private> item: WorkItem; // at hand
@@ -59,10 +39,10 @@ fn begin_path(pixel: vec2u, i: u32, local: u32) -> Ray {
     path.view = VIEW_SCATTERED;
 #endif
 #endif
-#if LIT_SENSOR
-    return light_on_sensor(ray);
+#if START_VOLUMES
+    return find_start(ray);
 #else
-    return ray;
+    return first_segment(ray);
 #endif
 }
 

@@ -53,6 +53,14 @@ fn normal_of_light(light: Light, p: vec3f) -> vec3f {
     }
 }
 
+#if TOUCHED_LIGHTS
+// Distance from `p` to where light starts that reaches it over `distance` from a point of normal `n`: surfaces in which the light lies are no shadow on it.
+fn distance_to_start(light: Light, p: vec3f, n: vec3f, cos_theta: f32, distance: f32) -> f32 {
+    let lift = select(0.0, light.p1.w + 2.0 * GAMMA_7 * (dot(abs(n), abs(p)) + distance), light.p1.w > 0.0);
+    return max(distance - lift / max(abs(cos_theta), 1e-10), 0.5 * distance);
+}
+#endif
+
 #if LIGHT_TEXTURES
 // The picture that a light shows, or NONE.
 fn texture_of_light(light: Light) -> u32 {
@@ -132,6 +140,10 @@ fn sample_li_area(light: Light, p: vec3f, u: vec2f) -> LightSample {
             let b = dot(v, s.wi);
             let l = v - b * s.wi;
             s.distance = b - sqrt(max(0.0, r * r - dot(l, l)));
+#if TOUCHED_LIGHTS
+            let n = (s.distance * s.wi - v) / r;
+            s.distance = distance_to_start(light, p, n, dot(n, s.wi), s.distance);
+#endif
             s.density = light.probability / (2.0 * PI * omc);
             s.weight = 1.0 / s.density;
             return s;
@@ -168,6 +180,9 @@ fn sample_li_area(light: Light, p: vec3f, u: vec2f) -> LightSample {
 #endif
     s.wi = wi;
     s.distance = sqrt(d2);
+#if TOUCHED_LIGHTS
+    s.distance = distance_to_start(light, p, n, cos_theta, s.distance);
+#endif
     s.density = light.probability * d2 / (light.area * abs(cos_theta));
     s.weight = 1.0 / s.density;
     return s;

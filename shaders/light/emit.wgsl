@@ -6,6 +6,9 @@
 #include "light/guide.wgsl"
 #endif
 #include "path/state.wgsl"
+#if START_VOLUMES
+#include "path/start.wgsl"
+#endif
 
 fn emit() -> Ray {
 #if GUIDED
@@ -33,7 +36,8 @@ fn emit() -> Ray {
 #endif
 #if LIGHT_AREA
     if (light.kind <= LIGHT_KIND_CYLINDER) {
-        ray.o += sign(cos_theta) * GAMMA_7 * dot(abs(n), abs(ray.o)) * n;
+        // On the side that it leaves to, of surfaces that its own lies in, too.
+        ray.o += sign(cos_theta) * max(GAMMA_7 * dot(abs(n), abs(ray.o)), light.p1.w) * n;
     }
 #endif
 #if LIGHT_TEXTURES
@@ -67,6 +71,11 @@ fn emit() -> Ray {
     path.light = index;
     path.light_normal = n;
     path.light_texel = at;
+#if START_VOLUMES
+    if (index < params.first_distant_light) {
+        return find_start(ray);
+    }
+#endif
     return ray;
 }
 

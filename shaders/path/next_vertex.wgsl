@@ -20,6 +20,9 @@
 #include "path/state.wgsl"
 #include "path/mis.wgsl"
 #include "path/scatter.wgsl"
+#if START_VOLUMES
+#include "path/start.wgsl"
+#endif
 #if MERGING
 #include "path/merge.wgsl"
 #endif
@@ -308,6 +311,14 @@ fn meet_surface(ray: Ray, hit: Hit, at: ptr<function, Interaction>) -> Met {
     if (s.light != NONE) {
         add_emission(ray, s);
     }
+#if CONTACT
+    if (hit.contact != NONE) {
+        let touching = surface_at(ray, at_contact(ray, hit));
+        if (touching.light != NONE) {
+            add_emission(ray, touching);
+        }
+    }
+#endif
 #endif
 #endif
     var seen = hit.primitive;
@@ -425,6 +436,16 @@ fn next_vertex(ray: Ray, hit: Hit) -> Ray {
     return scatter(ray, &at);
 }
 
+// What comes after a ray that is no shadow ray.
+fn after_segment(ray: Ray, hit: Hit) -> Ray {
+#if START_VOLUMES
+    if (path.is_starting) {
+        return next_boundary(ray, hit);
+    }
+#endif
+    return next_vertex(ray, hit);
+}
+
 #if CONNECT
 // Decides whether the shadow ray that ended in `hit` reached its light (or the sensor), and gives the path back its own ray.
 fn resume_after_shadow(ray: Ray, hit: Hit) -> Ray {
@@ -498,7 +519,7 @@ fn next_event(from_vertex: Ray) -> Ray {
     // Paths that leave an irradiance sensor begin with a light sample.
     if (!path.in_shadow) {
         rays_traced += 1u;
-        ray = next_vertex(ray, trace(ray));
+        ray = after_segment(ray, trace(ray));
     }
     while (path.in_shadow) {
         rays_traced += 1u;
@@ -515,7 +536,7 @@ fn next_event(from_vertex: Ray) -> Ray {
     }
 #else
     rays_traced += 1u;
-    ray = next_vertex(ray, trace(ray));
+    ray = after_segment(ray, trace(ray));
 #endif
     return ray;
 }

@@ -80,6 +80,9 @@ struct Path {
     crossings: u32, // surfaces passed straight through; bounds the loop
     wavelength: u32, // the one wavelength left after a dispersive refraction, or NONE
     start: f32, // mean throughput at the start
+#if START_VOLUMES
+    is_starting: bool, // the ray at hand leads up from the start, to find the volumes there
+#endif
 #if CAUSTICS
     length: f32, // way so far; of a light path, from the last vertex at which it could be merged
 #if CAMERA_PATHS

@@ -109,6 +109,37 @@ impl World {
         hits
     }
 
+    /// All crossings of a half line from `origin` along unit `dir`, nearest first.
+    pub fn crossings(&self, origin: DVec3, dir: DVec3) -> Vec<Hit> {
+        let mut hits: Vec<Hit> = Vec::new();
+        let inv = dir.recip();
+        let mut stack = if self.nodes.is_empty() { vec![] } else { vec![0] };
+        while let Some(index) = stack.pop() {
+            let node = &self.nodes[index];
+            let (a, b) = ((node.lo - origin) * inv, (node.hi - origin) * inv);
+            if a.max(b).min_element() * (1.0 + 4.0 * f64::EPSILON) < a.min(b).max_element().max(0.0) {
+                continue;
+            }
+            let prims = match &node.what {
+                Content::Inner(second) => {
+                    stack.extend([*second, index + 1]);
+                    continue;
+                }
+                Content::Leaf(prims) => prims,
+            };
+            for &prim in prims {
+                let (shape, triangle) = self.prims[prim as usize];
+                let mut ray = Ray::new(origin, dir);
+                while let Some((t, p, ng, ns, uv)) = intersect(&self.shapes[shape as usize], triangle as usize, &ray, false) {
+                    hits.push(Hit { t, prim, shape: shape as usize, p, ng, ns, uv });
+                    ray.t_min = t;
+                }
+            }
+        }
+        hits.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.prim.cmp(&b.prim)));
+        hits
+    }
+
     /// The number of a shape's first primitive; its triangles follow in order.
     pub fn first_prim(&self, shape: usize) -> u32 {
         self.prims.partition_point(|&(s, _)| (s as usize) < shape) as u32

@@ -101,7 +101,8 @@ shared_constants! {
     MATERIAL_KIND_SHEEN = 12;
     /// No surface but a medium, whose phase function `alpha` is the asymmetry of; `a`: row of its scattering coefficient.
     MATERIAL_KIND_MEDIUM = 13;
-    /// Kinds of lights. `p0`, `p1`, `p2`: vertices; `p0.w`: the picture that it shows, or NO_INDEX.
+    /// Kinds of lights. `p0`, `p1`, `p2`: vertices; `p0.w`: the picture that it shows, or NO_INDEX; `p1.w`, here and of the next three: how far off its
+    /// surface light starts, m, or 0 where no other surface lies in it.
     LIGHT_KIND_TRIANGLE = 0;
     /// `p0`: centre; `p2.x`: radius.
     LIGHT_KIND_SPHERE = 1;
@@ -267,7 +268,7 @@ shared_records! {
         axis_z: Vec4,
         /// Half extents of the picture at distance 1 (or of the orthographic rectangle), lens radius, focus distance; radius of a sphere sensor.
         half_extent: Vec4,
-        /// Volumes that rays start in, as slots of medium/interiors.wgsl ...
+        /// Volumes that rays start in, if all start in the same, as slots of medium/interiors.wgsl ...
         inside: UVec4,
         /// ... and those beyond four.
         inside_more: UVec4,
@@ -525,7 +526,7 @@ shared_records! {
         alias_index: u32,
         /// Area of the primitive, m^2.
         area: f32,
-        /// Volumes that it lies in, as slots of medium/interiors.wgsl ...
+        /// Volumes that it lies in, if it meets the boundary of none, as slots of medium/interiors.wgsl ...
         inside: UVec4,
         /// ... and those beyond four.
         inside_more: UVec4,

@@ -5,7 +5,7 @@ use super::Techniques;
 use crate::geometry::{Bounds, bounds};
 use crate::gpu::scene::{SLOTS, light_grid_pays};
 use crate::scene::volumes::most_overlapping;
-use crate::scene::{Filter, Geometry, Interior, Light, Material, Mesh, Scene, Sensor, Shape};
+use crate::scene::{Filter, Geometry, Interior, Light, Material, Mesh, Scene, Sensor, Shape, Starts};
 use crate::spectrum::Ior;
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -137,8 +137,13 @@ features! {
     };
     /// There may be more volumes in one place than have room in four slots.
     ManyVolumes "MANY_VOLUMES" in Shapes as "many volumes in one place" if |n| n.has(Feature::Interiors) && most_overlapping(n.scene) > SLOTS;
+    /// Each path finds out by itself which volumes it starts in.
+    StartVolumes "START_VOLUMES" in Media as "looked for where paths start" if |n| n.has(Feature::Interiors) && match n.pass {
+        Pass::Camera | Pass::Aov => n.starts.sensor_meets_volume,
+        Pass::Light => n.starts.lamp_meets_volume,
+    };
     /// Surfaces that lie in each other.
-    Contact "CONTACT" in Shapes as "surfaces in contact" if |n| volumes_touch(n.scene);
+    Contact "CONTACT" in Shapes as "surfaces in contact" if |n| volumes_touch(n.scene) || n.starts.lamps_touch;
     /// Surfaces that a shadow ray may find not to be there.
     PassThrough "PASS_THROUGH" in Shapes as "surfaces to pass through" if |n| n.has(Feature::Boundary) || volumes_overlap(n.scene) || indices_match(n.scene);
     /// Any light.
@@ -192,6 +197,8 @@ features! {
     NextEventEstimation "NEXT_EVENT_ESTIMATION" if |n| n.has(Feature::LightsPresent) && n.techniques.next_event_estimation;
     /// Lights are chosen by a grid over the scene.
     LightGrid "LIGHT_GRID" in Lights as "chosen by a grid" if |n| n.techniques.next_event_estimation && light_grid_pays(n.scene);
+    /// Lamps lie in surfaces of others, which do not shadow them.
+    TouchedLights "TOUCHED_LIGHTS" if |n| n.has(Feature::NextEventEstimation) && n.starts.lamps_touch;
     /// Light paths are connected to the sensor.
     LightTracing "LIGHT_TRACING" if |n| n.has_caustics() && n.techniques.light_paths;
     /// Light paths are merged at what camera paths see through metal and glass.
@@ -272,6 +279,7 @@ pub(super) struct Needs<'a> {
     used: Vec<usize>,
     /// Volumes that they or shapes bound.
     volumes: Vec<usize>,
+    starts: Starts,
     pass: Pass,
     features: Features,
 }
@@ -282,7 +290,7 @@ impl<'a> Needs<'a> {
         let walls = scene.shapes.iter().filter_map(|s| s.interior);
         let volumes = used.iter().filter_map(|&m| scene.interior_of(m)).chain(walls).collect();
         let features = Features::default();
-        Self { scene, techniques, used, volumes, pass: Pass::Camera, features }
+        Self { scene, techniques, used, volumes, starts: Starts::of(scene), pass: Pass::Camera, features }
     }
 
     /// The features of this pass.

@@ -4,8 +4,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::gpu::layout::Params;
 use crate::gpu::scene::{GpuScene, volume_stack};
-use crate::scene::initial_interiors;
-use crate::scene::{Filter, Scene, Sensor};
+use crate::scene::{Filter, Scene, Sensor, Starts, initial_interiors};
 use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
 
@@ -40,7 +39,8 @@ pub(super) fn params(
         },
         ..uploaded.params
     };
-    let start = match &scene.sensor {
+    let sensor = Starts::of(scene).sensor;
+    let start = match &sensor {
         Sensor::Perspective { eye, frame, tan_half_vfov, lens_radius, focus_distance } => {
             p.origin = local(*eye);
             [p.axis_x, p.axis_y, p.axis_z] = [frame.x_axis, frame.y_axis, frame.z_axis].map(vec4);

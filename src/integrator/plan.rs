@@ -113,13 +113,19 @@ impl Plan {
         use super::guide::{AXES, BLOCKS, ROOT};
         use crate::bsdf::energy::{ETA_MAX, ETA_NODES, GRAIN_NODES, MIN_MEAN, MU_NODES};
         use crate::bsdf::sheen::NODES as SHEEN_NODES;
+        use crate::scene::inside::up;
         use crate::scene::roughness::STEPS;
+        let up = up();
         format!(
             "const GUIDE_AXES = {AXES}u;\nconst GUIDE_BLOCKS = {BLOCKS}u;\nconst GUIDE_ROOT = {ROOT}u;\nconst WAVELENGTHS = {}u;\nconst WAVELENGTHS4 = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\nconst ENERGY_GRAIN = {GRAIN_NODES}u;\nconst ENERGY_SHEEN = {SHEEN_NODES}u;\n\
-             const ENERGY_ETA_MAX = {ETA_MAX:?};\nconst ENERGY_MIN_MEAN = {MIN_MEAN:?};\nconst ROUGHNESS_STEPS = {STEPS}u;\n",
+             const ENERGY_ETA_MAX = {ETA_MAX:?};\nconst ENERGY_MIN_MEAN = {MIN_MEAN:?};\nconst ROUGHNESS_STEPS = {STEPS}u;\n\
+             const UP = vec3f({:?}, {:?}, {:?});\n",
             self.wavelengths,
             self.wavelengths.div_ceil(4),
-            self.bins
+            self.bins,
+            up.x,
+            up.y,
+            up.z
         )
     }
 }

@@ -17,7 +17,7 @@ impl Stage {
             let mut sums = [0.0; 8];
             for sample in 0..samples {
                 let mut rng = Rng::new(self.seed, index, pixel as u64 * u64::from(samples) + u64::from(sample));
-                let ray = sample_view(&self.scene.sensor, &self.scene.film, pixel, self.world.extent, &mut rng).ray;
+                let ray = sample_view(&self.scene.sensor, &self.scene.film, pixel, &mut rng).ray;
                 let origin = ray.origin;
                 let Some((hit, albedo)) = self.aov(ray, albedos, &mut rng) else { continue };
                 let [n, [r, g, b]] = [hit.ns.to_array(), albedo.rgb];
@@ -31,7 +31,7 @@ impl Stage {
 
     /// The surface that a ray meets first, its normals on the side of the ray, and its albedo.
     fn aov(&self, mut ray: Ray, albedos: &[Albedo], rng: &mut Rng) -> Option<(Hit, Albedo)> {
-        let mut inside = self.interiors_of_view(ray.origin);
+        let mut inside = self.interiors_at(ray.origin);
         for _ in 0..=MAX_STRAIGHT {
             let hits = self.world.intersect(&ray);
             let met: Vec<(&Hit, usize)> =

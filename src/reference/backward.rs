@@ -1,12 +1,11 @@
 //! The backward estimator: paths from the sensor that count what light they happen to meet.
 
 use super::rng::Rng;
-use super::sensor::{on_surface, sample_view};
+use super::sensor::sample_view;
 use super::surface::Transport;
 use super::walk::{Observer, Path, WavelengthSample};
 use super::{Stage, finite};
 use crate::geometry::world::Hit;
-use crate::scene::Sensor;
 use crate::stats::BatchStats;
 
 /// Light met by one path.
@@ -42,10 +41,10 @@ impl Stage {
         for sample in (0..spp).take_while(|_| !self.halt.is_requested()) {
             let mut rng = Rng::new(self.seed, batch, pixel as u64 * u64::from(spp) + u64::from(sample));
             let nm = self.wavelengths(&mut rng);
-            let view = sample_view(&self.scene.sensor, &self.scene.film, pixel, self.world.extent, &mut rng);
+            let view = sample_view(&self.scene.sensor, &self.scene.film, pixel, &mut rng);
             let wavelengths =
                 nm.iter().enumerate().map(|(bin, &nm)| WavelengthSample { bin, nm, beta: 1.0, etendue: 1.0 }).collect();
-            let inside = self.interiors_of_view(view.ray.origin);
+            let inside = self.interiors_at(view.ray.origin);
             let mut met = Met { stage: self, radiance: vec![0.0; nm.len()] };
             let mut walked = BatchStats::default();
             self.walk(Path::new(view.ray, wavelengths, inside), Transport::Radiance, &mut rng, &mut met, &mut walked);
@@ -58,13 +57,5 @@ impl Stage {
             }
         }
         stats
-    }
-
-    /// The interiors that a view starts in: a camera's are those of its centre.
-    pub(super) fn interiors_of_view(&self, origin: glam::DVec3) -> Vec<usize> {
-        match self.scene.sensor {
-            Sensor::Perspective { .. } => self.interiors_at_eye.clone(),
-            _ => self.interiors_at_beyond(origin, on_surface(origin, self.world.extent)),
-        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::medium::Medium;
 use super::rng::Rng;
-use super::sensor::{connect, crossing, on_surface, sample_view, splat};
+use super::sensor::{connect, crossing, sample_view, splat};
 use super::surface::Transport;
 use super::walk::{Observer, Path, Vertex, WavelengthSample};
 use super::{Stage, finite};
@@ -65,9 +65,7 @@ impl Observer for Arrived<'_> {
     fn flight(&mut self, path: &Path, medium: &Medium, t: f64) {
         let stage = self.stage;
         let Some((at, pixel, per_area)) = crossing(&stage.scene.sensor, &stage.scene.film, &path.ray) else { return };
-        // A sensor may lie on a surface of the scene; it is crossed on the way there, not on the way on.
-        let near = on_surface(path.ray.origin, stage.world.extent);
-        if at > near && at <= t + near {
+        if at <= t {
             for (wavelength, weight) in path.wavelengths.iter().zip(medium.weight_past(at)) {
                 self.add(pixel, wavelength, wavelength.beta * weight * per_area);
             }
@@ -107,11 +105,11 @@ impl Stage {
         if !self.has_environment || !matches!(self.scene.sensor, Sensor::Perspective { .. } | Sensor::Orthographic { .. }) {
             return;
         }
-        let view = sample_view(&self.scene.sensor, &self.scene.film, pixel, self.world.extent, rng);
+        let view = sample_view(&self.scene.sensor, &self.scene.film, pixel, rng);
         let light = |bin: usize| self.environment(view.ray.dir, nm[bin]);
         let wavelengths: Vec<WavelengthSample> =
             nm.iter().enumerate().map(|(bin, &nm)| WavelengthSample { bin, nm, beta: light(bin), etendue: 1.0 }).collect();
-        let inside = self.interiors_of_view(view.ray.origin);
+        let inside = self.interiors_at(view.ray.origin);
         let share = self.straight(view.ray, &inside, &wavelengths, f64::INFINITY, &mut arrived.dropped);
         for (wavelength, share) in wavelengths.iter().zip(share) {
             arrived.add(pixel, wavelength, wavelength.beta * share * self.pixels() as f64);

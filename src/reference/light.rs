@@ -2,11 +2,10 @@
 
 use super::Stage;
 use super::rng::Rng;
-use super::sensor::on_surface;
+use super::start::{off_light, on_surface};
 use super::walk::{Path, WavelengthSample};
 use crate::bsdf::sample_cosine;
 use crate::geometry::world::Ray;
-use crate::scene::inside::{interiors_at, up};
 use crate::scene::{EnvironmentMap, Geometry, Light, Mesh, Scene};
 use crate::spectrum::Spectrum;
 use glam::{DMat3, DVec2, DVec3, dvec3};
@@ -141,6 +140,7 @@ impl Stage {
                 (far(dir, rng), wavelengths(&|nm| texel_radiance(map, texel, nm) * solid_angle / share * cross_section))
             }
         };
+        let ray = Ray::new(ray.origin + off_light(light.0, self.world.extent), ray.dir);
         let inside = self.interiors_at(ray.origin);
         let mut path = Path::new(ray, wavelengths, inside);
         if light.0.is_distant() {
@@ -161,22 +161,16 @@ impl Stage {
     ) -> Option<Emitted> {
         let scene = &self.scene;
         let emission = scene.shapes[shape].emission.as_ref()?;
-        let (p, outward, triangle, uv) = on_shape(&scene.shapes[shape].geometry, triangles, rng)?;
+        let (p, outward, uv) = on_shape(&scene.shapes[shape].geometry, triangles, rng)?;
         let back = emission.two_sided && rng.next() < 0.5;
         let n = if back { -outward } else { outward };
         let (x, y) = n.any_orthonormal_pair();
         let dir = (DMat3::from_cols(x, y, n) * sample_cosine(rng.next2())).normalize();
         let sides = if emission.two_sided { 2.0 } else { 1.0 };
         let wavelengths = wavelengths(&|nm| sides * PI * area * emission.radiance.eval(nm, uv));
-        let on = vec![self.world.first_prim(shape) + triangle as u32];
-        // If the way up leads through the light's own surface, that crossing is known; it is not to be found again.
-        let own = scene.volume_of(&scene.shapes[shape]);
-        let through = n.dot(up()) < 0.0;
-        let met = own.filter(|_| through).map(|interior| (interior, outward.dot(up()) < 0.0));
-        let t_min = on_surface(p, self.world.extent);
-        let inside =
-            interiors_at(scene, &self.world, Ray { origin: p, dir: up(), t_min, on: on.clone() }, met.into_iter().collect());
-        Some(Emitted { path: Path::new(Ray { origin: p, dir, t_min, on }, wavelengths, inside), normal: Some(n) })
+        // On the side that it leaves to, of its own surface and of all that this lies in.
+        let p = p + n * on_surface(p, self.world.extent);
+        Some(Emitted { path: Path::new(Ray::new(p, dir), wavelengths, self.interiors_at(p)), normal: Some(n) })
     }
 
     /// Radiance that arrives from infinity along `-dir`.
@@ -222,8 +216,8 @@ fn running(values: impl Iterator<Item = f64>) -> Vec<f64> {
         .collect()
 }
 
-/// A uniform point of a shape: point, outward normal, triangle, texture coordinates.
-fn on_shape(geometry: &Geometry, triangles: &[f64], rng: &mut Rng) -> Option<(DVec3, DVec3, usize, DVec2)> {
+/// A uniform point of a shape: point, outward normal, texture coordinates.
+fn on_shape(geometry: &Geometry, triangles: &[f64], rng: &mut Rng) -> Option<(DVec3, DVec3, DVec2)> {
     Some(match geometry {
         Geometry::Mesh(mesh) => {
             let (t, _) = choose(triangles, rng)?;
@@ -231,20 +225,20 @@ fn on_shape(geometry: &Geometry, triangles: &[f64], rng: &mut Rng) -> Option<(DV
             let (s, v) = (rng.next().sqrt(), rng.next());
             let weights = [s * (1.0 - v), s * v];
             let p = a * (1.0 - s) + b * weights[0] + c * weights[1];
-            (p, (b - a).cross(c - a).normalize(), t, mesh.uv(t, weights))
+            (p, (b - a).cross(c - a).normalize(), mesh.uv(t, weights))
         }
         // Instances do not emit.
         Geometry::Instance(_) => return None,
         Geometry::Sphere { center, radius } => {
             let n = on_cone(DVec3::Y, -1.0, rng);
-            (*center + n * *radius, n, 0, DVec2::ZERO)
+            (*center + n * *radius, n, DVec2::ZERO)
         }
-        Geometry::Disc { center, normal, radius } => (*center + on_disc(*normal, *radius, rng), *normal, 0, DVec2::ZERO),
+        Geometry::Disc { center, normal, radius } => (*center + on_disc(*normal, *radius, rng), *normal, DVec2::ZERO),
         Geometry::Cylinder { base, axis, length, radius } => {
             let (x, y) = axis.any_orthonormal_pair();
             let phi = 2.0 * PI * rng.next();
             let n = x * phi.cos() + y * phi.sin();
-            (*base + *axis * (length * rng.next()) + n * *radius, n, 0, DVec2::ZERO)
+            (*base + *axis * (length * rng.next()) + n * *radius, n, DVec2::ZERO)
         }
     })
 }

@@ -20,6 +20,7 @@ mod material;
 mod medium;
 mod rng;
 mod sensor;
+mod start;
 mod surface;
 mod walk;
 
@@ -28,12 +29,11 @@ use crate::bsdf::sheen::Sheen;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::aov::{Albedo, AovBuffers};
-use crate::geometry::world::{Ray, World};
+use crate::geometry::world::World;
 use crate::render::{Batch, Halt, Integrator, Renderer};
-use crate::scene::{Estimator, Grain, Scene, Sensor, WavelengthSampling, inside};
+use crate::scene::{Estimator, Grain, Scene, WavelengthSampling, inside};
 use crate::spectrum::library::{self, Cmf, Observer};
 use crate::stats::BatchStats;
-use glam::DVec3;
 use light::Emitters;
 use rayon::prelude::*;
 use rng::Rng;
@@ -61,7 +61,6 @@ struct Stage {
     /// By the index of the material.
     sheens: BTreeMap<usize, Sheen>,
     observer: &'static Cmf,
-    interiors_at_eye: Vec<usize>,
     has_interiors: bool,
     has_environment: bool,
     seed: u64,
@@ -90,8 +89,10 @@ impl ReferenceIntegrator {
                 "set \"reference\": \"forward\" in the scene, or give the light a size",
             ));
         }
-        let scene = &scene.flattened();
+        let mut scene = scene.flattened();
         let world = World::new(scene.shapes.iter().map(|s| &s.geometry));
+        scene.sensor = start::off_surfaces(scene.sensor, world.extent);
+        let scene = &scene;
         let ball = world.ball_around(&sensor::corners(&scene.sensor));
         let mut energy: Vec<Energy> = Vec::new();
         for (index, material) in scene.materials.iter().enumerate() {
@@ -105,14 +106,9 @@ impl ReferenceIntegrator {
                 energy.push(Energy { alpha, grain, dielectric, conductor, coat });
             }
         }
-        let interiors_at_eye = match scene.sensor {
-            Sensor::Perspective { eye, .. } => inside::interiors_at(scene, &world, Ray::new(eye, inside::up()), vec![]),
-            _ => vec![],
-        };
         let stage = Stage {
             emitters: Emitters::new(scene, ball),
             observer: library::observer(Observer::Cie1931),
-            interiors_at_eye,
             has_interiors: inside::has_volumes(scene),
             has_environment: scene.lights.iter().any(|l| l.is_distant() && !l.is_delta()),
             scene: scene.clone(),
@@ -216,18 +212,6 @@ impl Stage {
 
     fn energy(&self, alpha: f64, grain: Option<Grain>) -> Option<&Energy> {
         self.energy.iter().find(|e| (e.alpha, e.grain) == (alpha, grain))
-    }
-
-    fn interiors_at(&self, point: DVec3) -> Vec<usize> {
-        self.interiors_at_beyond(point, 0.0)
-    }
-
-    /// The interiors at a point that may lie on a surface: what is nearer than `t_min` does not count.
-    fn interiors_at_beyond(&self, point: DVec3, t_min: f64) -> Vec<usize> {
-        if !self.has_interiors {
-            return vec![];
-        }
-        inside::interiors_at(&self.scene, &self.world, Ray { t_min, ..Ray::new(point, inside::up()) }, vec![])
     }
 }
 

@@ -34,8 +34,8 @@ fn film_position(film: &FilmSettings, x: f64, y: f64) -> [f64; 2] {
     [0.5 * f64::from(film.width) + x, 0.5 * f64::from(film.height) - y]
 }
 
-/// A random ray of a pixel; `scale` is the size of the scene's coordinates.
-pub(super) fn sample_view(sensor: &Sensor, film: &FilmSettings, pixel: usize, scale: f64, rng: &mut Rng) -> View {
+/// A random ray of a pixel.
+pub(super) fn sample_view(sensor: &Sensor, film: &FilmSettings, pixel: usize, rng: &mut Rng) -> View {
     let (col, row) = ((pixel % film.width as usize) as f64, (pixel / film.width as usize) as f64);
     let centred = |rng: &mut Rng| {
         let (dx, dy) = (sample_filter(film.filter, rng), sample_filter(film.filter, rng));
@@ -56,28 +56,23 @@ pub(super) fn sample_view(sensor: &Sensor, film: &FilmSettings, pixel: usize, sc
         Sensor::IrradiancePlane { origin, edge_u, edge_v } => {
             let u = (col + rng.next()) / f64::from(film.width);
             let v = 1.0 - (row + rng.next()) / f64::from(film.height);
-            measure(*origin + *edge_u * u + *edge_v * v, edge_u.cross(*edge_v).normalize(), scale, rng)
+            measure(*origin + *edge_u * u + *edge_v * v, edge_u.cross(*edge_v).normalize(), rng)
         }
         Sensor::IrradianceSphere { center, radius } => {
             let phi = 2.0 * PI * (col + rng.next()) / f64::from(film.width);
             let y = 1.0 - 2.0 * (row + rng.next()) / f64::from(film.height);
             let r = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
             let n = dvec3(r * phi.cos(), y, -r * phi.sin());
-            measure(*center + n * *radius, n, scale, rng)
+            measure(*center + n * *radius, n, rng)
         }
     }
 }
 
-/// Irradiance at `p`: pi times the radiance from a cosine-distributed direction. A sensor may lie on a surface of the scene.
-fn measure(p: DVec3, n: DVec3, scale: f64, rng: &mut Rng) -> View {
+/// Irradiance at `p`: pi times the radiance from a cosine-distributed direction.
+fn measure(p: DVec3, n: DVec3, rng: &mut Rng) -> View {
     let (x, y) = n.any_orthonormal_pair();
     let dir = (DMat3::from_cols(x, y, n) * sample_cosine(rng.next2())).normalize();
-    View { ray: Ray { t_min: on_surface(p, scale), ..Ray::new(p, dir) }, weight: PI }
-}
-
-/// Distance below which a point counts as lying on a surface, at coordinates of the size `scale`.
-pub(super) fn on_surface(p: DVec3, scale: f64) -> f64 {
-    1024.0 * f64::EPSILON * scale.max(p.abs().max_element())
+    View { ray: Ray::new(p, dir), weight: PI }
 }
 
 /// Connects a point to a camera, through a random point of its lens. Sensors of irradiance are crossed instead: see [`crossings`].

@@ -23,7 +23,7 @@ pub fn initial_interiors(scene: &Scene, points: &[DVec3]) -> Vec<Vec<usize>> {
     };
     let volumes = Scene { shapes: scene.shapes.iter().filter(may_be_met).cloned().collect(), ..scene.clone() }.flattened();
     let world = World::new(volumes.shapes.iter().map(|s| &s.geometry));
-    points.iter().map(|&p| interiors_at(&volumes, &world, Ray::new(p, up()), Vec::new())).collect()
+    points.iter().map(|&p| interiors_at(&volumes, &world, Ray::new(p, up()))).collect()
 }
 
 /// Might a ray from `p` along [`up`] meet what is in this box?
@@ -33,23 +33,18 @@ fn passes(b: &Bounds, p: DVec3) -> bool {
     near.max_element().max(0.0) <= far.min_element()
 }
 
-/// The direction in which crossings are counted.
+/// The direction in which crossings are counted, here and by the shaders.
 pub(crate) fn up() -> DVec3 {
     dvec3(0.013_7, 1.0, 0.007_1).normalize()
 }
 
-/// As [`initial_interiors`], from a ray along [`up`] and crossings already `met` at its origin, as (interior, entered).
-pub(crate) fn interiors_at(scene: &Scene, world: &World, ray: Ray, met: Vec<(usize, bool)>) -> Vec<usize> {
+fn interiors_at(scene: &Scene, world: &World, ray: Ray) -> Vec<usize> {
     let mut count = vec![0i64; scene.interiors.len()];
-    let mut tally = |(interior, entered): (usize, bool)| count[interior] += if entered { -1 } else { 1 };
-    met.into_iter().for_each(&mut tally);
-    if has_volumes(scene) {
-        crossings(world, ray, |shape, entered| {
-            if let Some(interior) = scene.volume_of(&scene.shapes[shape]) {
-                tally((interior, entered));
-            }
-        });
-    }
+    crossings(world, ray, |shape, entered| {
+        if let Some(interior) = scene.volume_of(&scene.shapes[shape]) {
+            count[interior] += if entered { -1 } else { 1 };
+        }
+    });
     count.iter().enumerate().flat_map(|(i, &n)| std::iter::repeat_n(i, n.clamp(0, 256) as usize)).collect()
 }
 

@@ -10,8 +10,7 @@ use super::textures::Textures;
 use crate::error::{Error, Result};
 use crate::geometry::{Bounds, corners, triangle_area};
 use crate::gpu::layout::{self, Light, NO_INDEX};
-use crate::scene::initial_interiors;
-use crate::scene::{self, EnvironmentMap, Geometry, Scene, Texture};
+use crate::scene::{self, EnvironmentMap, Geometry, Scene, Starts, Texture, initial_interiors};
 use glam::{DVec3, UVec4, Vec4};
 use std::f64::consts::PI;
 
@@ -50,7 +49,9 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
     let mut powers = Vec::new();
     // The shape or light that each record is part of.
     let mut sources = Vec::new();
-    let mut inside = places(scene).into_iter().map(|set| {
+    let starts = Starts::of(scene);
+    let mut lifts = starts.lifts.iter();
+    let mut inside = places(scene, &starts.shifts).into_iter().map(|set| {
         volume_stack(scene, &set)
             .ok_or_else(|| Error::usage("a light lies inside more than 8 different volumes", "move it out of some of them"))
     });
@@ -63,6 +64,7 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
             continue;
         };
         let [inside, inside_more] = inside.next().unwrap_or(Ok([UVec4::ZERO; 2]))?;
+        let lifts = lifts.next();
         let (row, texture) = textures.add(&emission.radiance, rows);
         let exitance = PI * emission.radiance.mean(lo, hi) * if emission.two_sided { 2.0 } else { 1.0 };
         for i in 0..count {
@@ -87,6 +89,8 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
                     (layout::LIGHT_KIND_CYLINDER, 2.0 * PI * radius * length, at(*base), vec4(*axis), size(*radius, *length))
                 }
             };
+            let lift = lifts.and_then(|l| l.get(i)).map_or(0.0, |&l| l as f32);
+            let p1 = p1.with_w(lift);
             of_primitive.push(records.len() as u32);
             powers.push(exitance * area * share_of_triangle(&emission.radiance, &shape.geometry, i));
             sources.push(sources_so_far);
@@ -100,9 +104,10 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
     let mut profiles = Profiles::default();
     let mut environment_light = NO_INDEX as usize;
     // Lights at a place first, those from infinity last.
-    let (distant, near): (Vec<_>, Vec<_>) = scene.lights.iter().partition(|light| light.is_distant());
+    let (distant, near): (Vec<_>, Vec<_>) = scene.lights.iter().zip(&starts.shifts).partition(|(light, _)| light.is_distant());
     let first_distant = records.len() + near.len();
-    for light in near.into_iter().chain(distant) {
+    for (light, shift) in near.into_iter().chain(distant) {
+        let at = |p: DVec3| at(p + shift);
         let none = [UVec4::ZERO; 2];
         let [inside, inside_more] = if light.is_distant() { none } else { inside.next().unwrap_or(Ok(none))? };
         let none = Light { primitive: NO_INDEX, inside, inside_more, ..Default::default() };
@@ -210,8 +215,8 @@ fn shares(powers: &[f64], sources: &[usize]) -> Vec<f64> {
     powers.iter().zip(sources).map(share).collect()
 }
 
-/// The volumes around every emitting shape, then around every light that has a place.
-fn places(scene: &Scene) -> Vec<Vec<usize>> {
+/// The volumes around every emitting shape, then around every light that has a place, moved by its shift.
+fn places(scene: &Scene, shifts: &[DVec3]) -> Vec<Vec<usize>> {
     let emitting = scene.shapes.iter().filter(|s| s.emission.as_ref().is_some_and(|e| !e.radiance.is_zero()));
     // A point just off the surface, on the side that it lights.
     let off = |p: DVec3, n: DVec3| p + n * (1e-9 * p.abs().max_element().max(1e-3));
@@ -230,7 +235,7 @@ fn places(scene: &Scene) -> Vec<Vec<usize>> {
             }
         })
         .collect();
-    points.extend(scene.lights.iter().filter_map(scene::Light::position));
+    points.extend(scene.lights.iter().zip(shifts).filter_map(|(light, shift)| Some(light.position()? + shift)));
     initial_interiors(scene, &points)
 }
 
