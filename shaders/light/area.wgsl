@@ -15,7 +15,7 @@ fn sphere_one_minus_cos(radius: f32, distance_squared: f32) -> f32 {
 }
 #endif
 
-// pdf per solid angle at `p` of hitting light `index` at distance `t` with the normal `n` against direction `d`.
+// pdf per solid angle at `p` of sampling light `index` at distance `t` along `d`, where it has the normal `n`.
 fn pdf_li_area(index: u32, p: vec3f, t: f32, d: vec3f, n: vec3f) -> f32 {
     let light = load_Light(index);
     let probability = probability_of_choice(light, index, p);
@@ -25,7 +25,8 @@ fn pdf_li_area(index: u32, p: vec3f, t: f32, d: vec3f, n: vec3f) -> f32 {
         let r = light.p2.x;
         let d2 = dot(v, v);
         if (d2 > r * r) {
-            return probability / (2.0 * PI * sphere_one_minus_cos(r, d2));
+            // Nothing but the near side is sampled from outside.
+            return select(probability / (2.0 * PI * sphere_one_minus_cos(r, d2)), 0.0, dot(n, d) > 0.0);
         }
     }
 #endif

@@ -9,7 +9,7 @@ fn sample_li_beam(light: Light, p: vec3f) -> LightSample {
     let across = v - along * light.p1.xyz;
     if (along > 0.0 && dot(across, across) <= light.p2.x * light.p2.x) {
         s.wi = -light.p1.xyz;
-        s.distance = along;
+        s.distance = along * (1.0 - light.p2.w);
         s.density = light.probability;
         s.weight = 1.0 / s.density;
     }

@@ -191,7 +191,7 @@ fn pdf_li(light: Light, index: u32, p: vec3f, from_light: vec3f, n: vec3f, texel
         default: {
 #if LIGHT_AREA
             let d = sqrt(d2);
-            return pdf_li_area(index, p, d, v / max(d, 1e-30), n);
+            return pdf_li_area(index, p, d, -v / max(d, 1e-30), n);
 #else
             return 0.0;
 #endif

@@ -24,7 +24,7 @@ fn sample_li_point(light: Light, p: vec3f) -> LightSample {
     let d2 = dot(v, v);
     if (d2 > 0.0) {
         s.wi = v * inverseSqrt(d2);
-        s.distance = sqrt(d2);
+        s.distance = sqrt(d2) * (1.0 - light.p2.w);
         s.density = light.probability * d2;
         s.weight = intensity_along(light, -s.wi) / s.density;
     }

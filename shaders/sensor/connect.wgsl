@@ -172,6 +172,7 @@ fn connect_to_sensor(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     }
     s.density = sensor_density(s.wi, s.distance * s.distance);
     s.weight = s.density * column.y * row.y;
+    s.distance *= 1.0 - params.origin.w;
     splat_pixel = vec2u(u32(column.x), u32(row.x));
     return s;
 }
@@ -207,7 +208,7 @@ fn record_crossing(ray: Ray, t_max: f32) {
     at = vec2f(select(phi, phi + 1.0, phi < 0.0), 0.5 - 0.5 * n.y);
     let cos_theta = -dot(n, ray.d);
 #endif
-    if (t <= 0.0 || t >= t_max || any(at < vec2f(0.0)) || any(at >= vec2f(1.0))) {
+    if (t <= 0.0 || t >= t_max * (1.0 + params.origin.w) || any(at < vec2f(0.0)) || any(at >= vec2f(1.0))) {
         return;
     }
     // The sensor is like a diffuse surface, at which camera paths begin evenly over a pixel.

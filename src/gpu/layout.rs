@@ -110,7 +110,8 @@ shared_constants! {
     LIGHT_KIND_DISC = 2;
     /// `p0`: base; `p1`: axis; `p2`: radius, length.
     LIGHT_KIND_CYLINDER = 3;
-    /// `p0`: position; `p1`: any axis.
+    /// `p0`: position; `p1`: any axis; `p2.w`, here and of spots, profiles and beams: by how much of itself the way to a light that lies in a surface is
+    /// short, else 0.
     LIGHT_KIND_POINT = 4;
     /// `p0`: position; `p1`: axis; `p2`: cosines of inner and outer angle.
     LIGHT_KIND_SPOT = 5;
@@ -258,7 +259,7 @@ shared_records! {
         near_ramp_low: Vec4,
         /// m^-1.
         near_ramp_per_metre: Vec4,
-        /// Eye, corner or centre, relative to the scene's origin.
+        /// Eye, corner or centre, relative to the scene's origin; `w`: by how much of itself the way to a sensor that lies in a surface is short, else 0.
         origin: Vec4,
         /// Right, or edge u.
         axis_x: Vec4,

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::gpu::layout::Params;
 use crate::gpu::scene::{GpuScene, volume_stack};
-use crate::scene::{Filter, Scene, Sensor, Starts, initial_interiors};
+use crate::scene::{Filter, SLACK, Scene, Sensor, Starts, initial_interiors};
 use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
 
@@ -39,8 +39,8 @@ pub(super) fn params(
         },
         ..uploaded.params
     };
-    let sensor = Starts::of(scene).sensor;
-    let start = match &sensor {
+    let starts = Starts::of(scene);
+    let start = match &starts.sensor {
         Sensor::Perspective { eye, frame, tan_half_vfov, lens_radius, focus_distance } => {
             p.origin = local(*eye);
             [p.axis_x, p.axis_y, p.axis_z] = [frame.x_axis, frame.y_axis, frame.z_axis].map(vec4);
@@ -68,6 +68,7 @@ pub(super) fn params(
             *center + DVec3::Y * *radius
         }
     };
+    p.origin.w = if starts.sensor_touches { SLACK as f32 } else { 0.0 };
     let scene_radius = 0.5 * (bounds.max - bounds.min).length();
     p.scene_diameter = (2.0 * scene_radius) as f32;
     p.merge_reach = merge_reach;

@@ -35,6 +35,6 @@ pub use light::{EnvironmentMap, Light, Placement};
 pub use material::{Material, Passage};
 pub(crate) use mesh::read as read_mesh;
 pub use sensor::{FilmSettings, Filter, Sensor, WavelengthSampling};
-pub(crate) use starts::Starts;
+pub(crate) use starts::{SLACK, Starts};
 pub use texture::Texture;
 pub use types::*;

@@ -6,8 +6,8 @@ use super::{FilmSettings, Filter, Geometry, Light, Scene, Sensor, Shape, bounds_
 use crate::geometry::{Bounds, bounds, corners};
 use glam::{DVec3, dvec3};
 
-/// Surfaces that are nearer than this to each other cannot be told apart in single precision; over the size of coordinates.
-const SLACK: f64 = 2e-6;
+/// Surfaces that are nearer than this to each other cannot be told apart in single precision; over the size of coordinates, or the length of a ray.
+pub(crate) const SLACK: f64 = 2e-6;
 
 /// What has no side of its own counts as a little above where it is.
 const ABOVE: DVec3 = dvec3(0.3, 1.0, 0.2);
@@ -19,6 +19,8 @@ const MOST_PAIRS: usize = 20_000_000;
 pub(crate) struct Starts {
     /// The sensor, off all surfaces that it lies in.
     pub sensor: Sensor,
+    /// Whether it lies in any.
+    pub sensor_touches: bool,
     /// Whether its paths start in different volumes.
     pub sensor_meets_volume: bool,
     /// For each emitting shape how far off each of its primitives light starts, m: 0 for those that lie in no other surface; empty if none does.
@@ -206,9 +208,11 @@ impl Surroundings<'_> {
         starts.len().saturating_mul(others.len()) > MOST_PAIRS || starts.iter().any(|a| others.iter().any(|b| meets(a, b)))
     }
 
-    /// How far `start` has to be moved along `normal` to be off `other`, in which it lies.
+    /// How far `start` has to be moved along `normal` to be off `other`, in which it lies: by what rounding does along the normal to them, and any way to
+    /// a ray from close by.
     fn lift(&self, start: &Patch, other: &Patch, normal: DVec3) -> f64 {
-        SLACK * normal.abs().dot(self.extent(&start.bounds, &other.bounds))
+        let along = normal.abs().dot(self.extent(&start.bounds, &other.bounds));
+        SLACK * (along + self.extent(&start.bounds, &start.bounds).max_element())
     }
 
     /// What takes `start` off all surfaces that it lies in, to the side that `axis` points to.
@@ -272,6 +276,7 @@ impl Starts {
         let around = Surroundings { scene, origin, bounds: scene.shapes.iter().map(|s| bounds(&s.geometry)).collect() };
         let mut starts = Starts {
             sensor: scene.sensor.clone(),
+            sensor_touches: false,
             sensor_meets_volume: false,
             lifts: Vec::new(),
             shifts: Vec::new(),
@@ -280,6 +285,7 @@ impl Starts {
         };
         let (patch, axis) = of_sensor(&scene.sensor, &scene.film);
         let shift = around.shift(&patch, axis);
+        starts.sensor_touches = shift != DVec3::ZERO;
         match &mut starts.sensor {
             Sensor::Perspective { eye, .. } | Sensor::Orthographic { eye, .. } => *eye += shift,
             Sensor::IrradiancePlane { origin, .. } => *origin += shift,

@@ -10,7 +10,7 @@ use super::textures::Textures;
 use crate::error::{Error, Result};
 use crate::geometry::{Bounds, corners, triangle_area};
 use crate::gpu::layout::{self, Light, NO_INDEX};
-use crate::scene::{self, EnvironmentMap, Geometry, Scene, Starts, Texture, initial_interiors};
+use crate::scene::{self, EnvironmentMap, Geometry, SLACK, Scene, Starts, Texture, initial_interiors};
 use glam::{DVec3, UVec4, Vec4};
 use std::f64::consts::PI;
 
@@ -111,7 +111,8 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
         let none = [UVec4::ZERO; 2];
         let [inside, inside_more] = if light.is_distant() { none } else { inside.next().unwrap_or(Ok(none))? };
         let none = Light { primitive: NO_INDEX, inside, inside_more, ..Default::default() };
-        let record = match light {
+        let short = if *shift == DVec3::ZERO { 0.0 } else { SLACK as f32 };
+        let mut record = match light {
             scene::Light::Point { position, intensity } => Light {
                 kind: layout::LIGHT_KIND_POINT,
                 row: rows.spectrum(intensity),
@@ -165,6 +166,9 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
                 }
             }
         };
+        if !light.is_distant() {
+            record.p2.w = short;
+        }
         records.push(record);
         powers.push(light.power(radius, lo, hi));
         sources.push(sources_so_far);
