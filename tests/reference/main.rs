@@ -7,6 +7,7 @@ mod estimates;
 mod random;
 #[path = "../support/scenes.rs"]
 mod scenes;
+mod starts;
 
 use abbe::film::Film;
 use abbe::reference::ReferenceIntegrator;

@@ -9,6 +9,7 @@ mod matched;
 mod numerics;
 mod refraction;
 mod shading;
+mod starts;
 mod uniform;
 mod volumes;
 
@@ -31,6 +32,7 @@ pub fn all() -> Vec<Case> {
         matched::cases(),
         volumes::cases(),
         shading::cases(),
+        starts::cases(),
     ]
     .into_iter()
     .flatten()

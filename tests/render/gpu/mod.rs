@@ -14,5 +14,6 @@ mod plan;
 mod precision;
 mod resume;
 mod sampler;
+mod starts;
 mod support;
 mod translation;

@@ -79,6 +79,10 @@ fn axes() -> [Vec<Value>; 5] {
         lamp("sphere", json!({"center": [0, 3, 0], "radius": 0.2})),
         lamp("disc", json!({"center": [0, 3, 0], "normal": [0, -1, 0], "radius": 0.2})),
         lamp("cylinder", json!({"base": [0, 3, 0], "top": [1, 3, 0], "radius": 0.1})),
+        // Across the boundary of a volume, and in a wall.
+        json!({"shapes": [{"quad": {"corner": [-1, 1, 0], "edge_u": [2, 0, 0], "edge_v": [0, 0, 1]}, "emission": {"radiance": 1, "two_sided": true}},
+                          {"quad": {"corner": [-1, 4, 0], "edge_u": [2, 0, 0], "edge_v": [0, 0, 1]}, "emission": {"radiance": 1}},
+                          {"sphere": {"center": [0, 1, 0], "radius": 0.5}, "emission": {"radiance": 1}}]}),
         json!({"lights": [{"point": {"position": [0, 3, 0], "intensity": 1}}]}),
         json!({"lights": [{"spot": {"position": [0, 3, 0], "direction": [0, -1, 0], "intensity": 1, "inner_deg": 10, "outer_deg": 20}}]}),
         json!({"lights": [{"spot": {"position": [0, 3, 0], "direction": [0, -1, 0], "profile": "lamp.ies"}}]}),
@@ -95,6 +99,8 @@ fn axes() -> [Vec<Value>; 5] {
         json!({"camera": {"orthographic": {"eye": [0, 1, 4], "target": [0, 1, 0], "height": 2}}}),
         json!({"camera": {"irradiance_plane": {"origin": [-1, 0.1, 1], "edge_u": [2, 0, 0], "edge_v": [0, 0, -2]}}}),
         json!({"camera": {"irradiance_sphere": {"center": [0, 1, 0], "radius": 0.9}}}),
+        json!({"camera": {"orthographic": {"eye": [0, 1, 0], "target": [0, 1, -1], "height": 2}}}),
+        json!({"camera": {"irradiance_plane": {"origin": [-1, 1, 1], "edge_u": [2, 0, 0], "edge_v": [0, 0, -2]}}}),
     ];
     let media = vec![
         json!({}),
@@ -172,7 +178,7 @@ fn kernels_of_all_combinations_are_valid_without_any_capability_and_bind_nothing
     let shared: Vec<_> = scenes.iter().step_by(4).cloned().map(with_instances).collect();
     scenes.extend(shared);
     let has = |feature| scenes.iter().any(|s| Plan::new(s, Techniques::default()).has(feature));
-    assert!(has(Feature::LightGrid) && has(Feature::Instances));
+    assert!(has(Feature::LightGrid) && has(Feature::Instances) && has(Feature::StartVolumes) && has(Feature::TouchedLights));
     scenes.extend(shipped_scenes().into_iter().map(|(_, scene)| scene));
     let (mut seen, mut idle) = (BTreeSet::new(), BTreeSet::new());
     for scene in &scenes {
@@ -326,6 +332,12 @@ fn there_is_no_term_or_buffer_for_what_a_scene_does_not_contain() {
             ball(json!({"conductor": {"metal": "Al"}})),
             &["light/emit.wgsl", "light/aim.wgsl", "light/guide.wgsl", "sensor/connect.wgsl", "path/merge.wgsl"],
             &["splats", "points", "heads", "guide", "guiding_samples"],
+        ),
+        (
+            json!({"materials": {"m": {"dielectric": {"ior": 1.5}}}, "shapes": [{"sphere": {"center": [0, 1, 4], "radius": 0.5}, "material": "m"}],
+                   "camera": {"orthographic": {"eye": [0, 1, 4], "target": [0, 1, 0], "height": 2}}}),
+            &["medium/start.wgsl"],
+            &["interiors"],
         ),
         (json!({"film": {"bins": 40}}), &[], &["wavelength_bins"]),
         (

@@ -115,6 +115,10 @@ cases! {
     smooth_rough_ball "smooth-rough-ball",
     smooth_mirror "smooth-mirror",
     leaning_paint_sun "leaning-paint-sun",
+    starts "starts",
+    starts_lamp "starts-lamp",
+    touching "touching",
+    touching_lamp "touching-lamp",
 }
 
 #[test]
