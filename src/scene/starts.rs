@@ -58,7 +58,8 @@ impl Patch {
 
     fn disc(center: DVec3, normal: DVec3, radius: f64) -> Self {
         let (x, y) = normal.any_orthonormal_pair();
-        let points = [x, -x, y, -y].map(|d| center + d * radius);
+        // Of the square around it.
+        let points = [x + y, x - y, -x - y, y - x].map(|d| center + d * radius);
         Patch { form: Form::Flat { normal, points }, bounds: bounds(&Geometry::Disc { center, normal, radius }) }
     }
 
@@ -91,6 +92,9 @@ impl Patch {
                 let inside = points.iter().all(|&p| a.off(p).0 < -slack);
                 inside || (matches!(a.form, Form::Flat { .. }) && a.parts(points, slack))
             }
+            (Form::Sphere { center: p, radius: r }, Form::Sphere { center: q, radius: s }) => {
+                p.distance(*q) + s < r - slack || p.distance(*q) > r + s + slack
+            }
             (Form::Sphere { .. }, _) => box_corners(&b.bounds).iter().all(|&p| a.off(p).0 < -slack),
             _ => false,
         };
@@ -117,8 +121,8 @@ impl Patch {
     }
 }
 
-/// Primitives of a shape.
-fn patches(geometry: &Geometry) -> Vec<Patch> {
+/// Primitives of a shape, of a mesh those with a box that meets `within`.
+fn patches(geometry: &Geometry, within: &Bounds) -> Vec<Patch> {
     match geometry {
         Geometry::Mesh(mesh) => (0..mesh.triangles.len())
             .map(|t| {
@@ -126,8 +130,9 @@ fn patches(geometry: &Geometry) -> Vec<Patch> {
                 // One of no area lies in nothing.
                 Patch::flat((b - a).cross(c - a).normalize_or(DVec3::NAN), [a, b, c, a])
             })
+            .filter(|patch| patch.bounds.overlaps(within))
             .collect(),
-        Geometry::Instance(instance) => patches(&Geometry::Mesh(instance.flattened().into())),
+        Geometry::Instance(instance) => patches(&Geometry::Mesh(instance.flattened().into()), within),
         Geometry::Disc { center, normal, radius } => vec![Patch::disc(*center, *normal, *radius)],
         &Geometry::Sphere { center, radius } => {
             vec![Patch { form: Form::Sphere { center, radius }, bounds: bounds(geometry) }]
@@ -202,6 +207,11 @@ impl Surroundings<'_> {
         self.scene.shapes.iter().enumerate().filter(move |(i, _)| is_near(*i, &self.bounds[*i])).map(|(_, s)| s)
     }
 
+    /// Primitives of a shape that may meet what is in the box `around`.
+    fn pieces(&self, shape: &Shape, around: &Bounds) -> Vec<Patch> {
+        patches(&shape.geometry, &widened(around, self.slack(around, &bounds(&shape.geometry))))
+    }
+
     /// Whether one of `starts` meets one of `others`.
     fn meet(&self, starts: &[Patch], others: &[Patch]) -> bool {
         let meets = |a: &Patch, b: &Patch| a.meets(b, self.slack(&a.bounds, &b.bounds));
@@ -219,7 +229,7 @@ impl Surroundings<'_> {
     fn shift(&self, start: &Patch, axis: DVec3) -> DVec3 {
         let mut shift = DVec3::ZERO;
         for shape in self.near(&start.bounds, None) {
-            for other in patches(&shape.geometry) {
+            for other in self.pieces(shape, &start.bounds) {
                 if start.lies_in(&other, self.slack(&start.bounds, &other.bounds)) {
                     let n = other.off(0.5 * (start.bounds.min + start.bounds.max)).1;
                     // Concentric spheres have no normal there, and any will do.
@@ -245,14 +255,14 @@ impl Surroundings<'_> {
     fn meets_volume(&self, starts: &[Patch], around: &Bounds, own: Option<usize>) -> bool {
         let is_point = matches!(starts, [Patch { form: Form::Point(_), .. }]);
         let mut near = self.near(around, own).filter(|shape| self.bounds_volume(shape));
-        !is_point && near.any(|shape| self.meet(starts, &patches(&shape.geometry)))
+        !is_point && near.any(|shape| self.meet(starts, &self.pieces(shape, around)))
     }
 
     /// How far off each primitive of lamp `index` light starts.
     fn lifts(&self, index: usize, lamp: &[Patch]) -> Vec<f64> {
         let mut lifts = vec![0.0f64; lamp.len()];
         for shape in self.near(&self.bounds[index], Some(index)) {
-            let others = patches(&shape.geometry);
+            let others = self.pieces(shape, &self.bounds[index]);
             let are_many = lamp.len().saturating_mul(others.len()) > MOST_PAIRS;
             for (lift, a) in lifts.iter_mut().zip(lamp) {
                 if are_many {
@@ -300,7 +310,7 @@ impl Starts {
                 starts.lifts.push(Vec::new());
                 continue;
             }
-            let lamp = patches(&shape.geometry);
+            let lamp = patches(&shape.geometry, &around.bounds[index]);
             let mut lifts = around.lifts(index, &lamp);
             starts.lamps_touch |= lifts.iter().any(|&l| l > 0.0);
             if is_within {
