@@ -248,7 +248,7 @@ impl Surroundings<'_> {
     }
 
     fn bounds_volume(&self, shape: &Shape) -> bool {
-        self.scene.interior_of(shape.material).is_some()
+        self.scene.volume_of(shape).is_some()
     }
 
     /// Whether `starts`, which lie in the box `around`, meet the boundary of a volume. A point does not: it is off all surfaces.
