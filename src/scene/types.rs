@@ -104,7 +104,7 @@ pub struct Interior {
     pub g: f64,
     /// Rank where volumes overlap (0 to 255).
     pub priority: u8,
-    /// How many bodies of this priority, and of other content from one to the next, hold those of this volume ([`super::volumes`]).
+    /// How many bodies of this priority, and of other content from one to the next, hold those of this volume (`scene::volumes`).
     pub depth: u32,
 }
 
