@@ -185,7 +185,7 @@ fn eval_rough_dielectric(b: ptr<function, Bsdf>, wo: vec3f, wi: vec3f, f: ptr<fu
     } else {
         pdf_rev = rough_dielectric_at(m, -wi, -wo, 1.0 / eta).y;
     }
-    return BsdfPdf(select(0.0, pdf / total, total > 0.0), forward, pdf_rev);
+    return BsdfPdf(select(0.0, pdf / total, total > 0.0), pdf_fwd, pdf_rev);
 }
 
 // Direction sampled for one wavelength; z = 0 marks failure (absorbed, its energy is in the compensation).

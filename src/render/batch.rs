@@ -1,11 +1,12 @@
-//! The one sequence of batches: four of one sample per pixel, four of two, sixteen of four, of eight, and so on up to the largest. It is the same whatever
-//! is asked for: `--spp`, `--time` and `--error` only say where it stops, so that any render can be stopped, gone on with, added to and shared out.
-//! Samples can be shared out unevenly among blocks from batches of four on (`integrator::adaptive`), so that they come soon.
+//! The one sequence of batches: sixteen of one sample per pixel, sixteen of four, of eight, and so on up to the largest. It is the same whatever is asked
+//! for: `--spp`, `--time` and `--error` only say where it stops, so that any render can be stopped, gone on with, added to and shared out. The first picture
+//! comes after one sample, an error that can be trusted after sixteen, and from there on blocks share samples out unevenly (`integrator::adaptive`), which
+//! takes four samples of a batch at least.
 
-/// Samples of a batch that is no longer small.
-const USUAL_SPP: u32 = 4;
-/// Batches of each smaller size, and of each larger one but the largest.
-const PER_SIZE: (u32, u32) = (4, 16);
+/// Batches of each size but the largest. Standard errors can be trusted from so many.
+pub const PER_SIZE: u32 = 16;
+/// Samples of a batch after the first size.
+const SECOND_SPP: u32 = 4;
 /// Samples of all pixels together in one batch, at most, but for the first sizes: a batch is what a time limit and a signal wait for.
 const MOST_SAMPLES: u64 = 1 << 22;
 /// Samples of a pixel in one batch, at most: sums of so many have their place in single precision.
@@ -29,13 +30,12 @@ impl Batch {
         let largest = 1 << most.clamp(1, u64::from(MOST_SPP)).ilog2();
         let (mut spp, mut first, mut first_pass) = (1, 0, 0);
         loop {
-            let count = if spp < USUAL_SPP { PER_SIZE.0 } else { PER_SIZE.1 };
-            if spp == largest || index - first < count {
+            if spp == largest || index - first < PER_SIZE {
                 return Batch { index, first_pass: first_pass + u64::from(index - first) * u64::from(spp), spp };
             }
-            first += count;
-            first_pass += u64::from(count * spp);
-            spp *= 2;
+            first += PER_SIZE;
+            first_pass += u64::from(PER_SIZE * spp);
+            spp = largest.min(if spp == 1 { SECOND_SPP } else { 2 * spp });
         }
     }
 
@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn passes_are_numbered_without_gap_and_sizes_double() {
+    fn passes_are_numbered_without_gap_and_sizes_grow() {
         for pixels in [1, 128 * 128, 640 * 480, 1 << 30] {
             let mut passes = 0;
             for index in 0..200 {
@@ -64,9 +64,9 @@ mod tests {
                 passes += u64::from(batch.spp);
             }
         }
-        let sizes = |pixels| [0, 3, 4, 7, 8, 23, 24, 40, 56, 72, 88, 1000].map(|index| Batch::nth(index, pixels).spp);
-        assert_eq!(sizes(128 * 128), [1, 1, 2, 2, 4, 4, 8, 16, 32, 64, 64, 64]);
-        assert_eq!(sizes(1 << 20), [1, 1, 2, 2, 4, 4, 4, 4, 4, 4, 4, 4]);
-        assert_eq!(sizes(1 << 30), [1; 12]);
+        let sizes = |pixels| [0, 15, 16, 31, 32, 48, 64, 80, 1000].map(|index| Batch::nth(index, pixels).spp);
+        assert_eq!(sizes(128 * 128), [1, 1, 4, 4, 8, 16, 32, 64, 64]);
+        assert_eq!(sizes(1 << 20), [1, 1, 4, 4, 4, 4, 4, 4, 4]);
+        assert_eq!(sizes(1 << 30), [1; 9]);
     }
 }

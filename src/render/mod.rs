@@ -88,7 +88,7 @@ impl Stop {
     /// Samples per pixel where nothing else is asked for.
     pub const DEFAULT_SPP: u32 = 64;
     /// Batches that a standard error is trusted from.
-    pub const MIN_BATCHES: u32 = 16;
+    pub const MIN_BATCHES: u32 = batch::PER_SIZE;
 
     /// The samples per pixel to stop at, if any.
     pub fn total_spp(&self) -> Option<u32> {

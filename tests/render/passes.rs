@@ -139,12 +139,12 @@ fn shares_have_every_batch_once_and_are_as_long() {
 #[test]
 fn a_render_goes_on_after_its_end_without_a_batch_twice() {
     let (mut fake, mut rendering) = (Fake::default(), Rendering::new(film(4)));
-    for spp in [12, 12, 64, 204] {
+    for spp in [16, 16, 64, 208] {
         rendering.render(&mut fake, &Stop { spp: Some(spp), ..Stop::default() }, &mut |_, _| ControlFlow::Continue(())).unwrap();
         assert_eq!(rendering.film.samples_per_pixel(), u64::from(spp));
     }
     let (mut whole, mut all) = (Fake::default(), film(4));
-    run(&mut whole, &mut all, Stop { spp: Some(204), ..Stop::default() });
+    run(&mut whole, &mut all, Stop { spp: Some(208), ..Stop::default() });
     assert_eq!(fake.batches, whole.batches);
     assert_eq!(rendering.film.pixel(3), all.pixel(3));
 }

@@ -167,7 +167,7 @@ fn surfaces_that_touch_or_are_not_there_show_what_is_seen() {
 }
 
 #[test]
-fn what_has_the_index_around_it_is_not_a_aov() {
+fn what_has_the_index_around_it_is_not_an_aov() {
     // From above, a ball over a floor.
     for (alpha, n, depth) in [(0.0, 1.0, 5.0), (0.3, 1.0, 5.0), (0.3, 1.1, 4.5)] {
         let mut s = scene(1, 1, 4, orthographic(dvec3(0.0, 5.0, 0.0), DVec3::ZERO, 1e-3));

@@ -76,7 +76,7 @@ fn a_render_goes_on_from_any_batch_as_if_it_had_never_stopped() {
             ControlFlow::Continue(())
         };
         whole.render(&mut integrator, &stop, observe).unwrap();
-        assert_eq!(states.len(), 21);
+        assert_eq!(states.len(), 28);
         // Every batch is rendered anew from the state before it.
         let mut integrator = open();
         for (i, [(before, _), (_, after)]) in states.iter().zip(&states[1..]).map(|(a, b)| [a, b]).enumerate() {
