@@ -12,8 +12,9 @@ use serde_json::{Value, json};
 const EXAMPLES: &str = "Examples:
   abbe devices
   abbe render scenes/newton.json --device llvmpipe
+  abbe render scenes/newton.json --device 1
 
-A device is chosen by any part of its name; 'reference' is always there.";
+A device is chosen by its number or any part of its name; 'reference' is always there.";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -35,9 +36,7 @@ pub fn run(args: &Args) -> Outcome {
         out(&serde_json::Value::Array(list.chain([reference]).collect()).to_string());
         return Ok(Done::Completely);
     }
-    for adapter in &adapters {
-        out(&adapter.to_string());
-    }
+    adapters.iter().enumerate().for_each(|(i, adapter)| out(&format!("{}: {adapter}", i + 1)));
     if adapters.is_empty() {
         out("no GPU adapter; on Debian, mesa-vulkan-drivers and libvulkan1 provide one that runs on the CPU");
     }

@@ -1,14 +1,34 @@
-//! Writing to the terminal without dying of a closed pipe.
+//! Writing to the terminal without dying of a closed pipe, and without control characters, which files may hold and terminals obey.
 
+use std::borrow::Cow;
 use std::io::{self, ErrorKind, Write, stderr, stdout};
 use std::sync::Mutex;
 
 /// What went wrong first with standard output.
 static FAILURE: Mutex<Option<io::Error>> = Mutex::new(None);
 
+/// The text with control characters written out, line ends and tabs excepted: what comes from a file must not move the cursor or more.
+fn harmless(text: &str) -> Cow<'_, str> {
+    let is_harmful = |c: char| c.is_control() && c != '\n' && c != '\t';
+    if !text.contains(is_harmful) {
+        return Cow::Borrowed(text);
+    }
+    text.chars()
+        .fold(String::with_capacity(text.len()), |mut safe, c| {
+            if is_harmful(c) {
+                safe.extend(c.escape_default())
+            } else {
+                safe.push(c)
+            }
+            safe
+        })
+        .into()
+}
+
 /// Writes `text` and a line end where it lacks one. A reader that has closed the pipe has seen what it wanted; other failures are kept for
 /// [`failure`].
 pub fn out(text: &str) {
+    let text = harmless(text);
     let end = if text.ends_with('\n') { "" } else { "\n" };
     let mut stdout = stdout().lock();
     let written = write!(stdout, "{text}{end}").and_then(|()| stdout.flush());
@@ -26,7 +46,7 @@ pub fn failure() -> Option<io::Error> {
 
 /// Writes one line to standard error.
 pub fn note(text: &str) {
-    let _ = writeln!(stderr().lock(), "{text}");
+    let _ = writeln!(stderr().lock(), "{}", harmless(text));
 }
 
 /// Writes an error as one line, whatever line ends the message holds.
@@ -87,5 +107,12 @@ mod tests {
         assert_eq!(duration(3727.4), "1:02:07 h");
         assert_eq!(percent(0.0123), "1.23 %");
         assert_eq!(percent(f64::INFINITY), "?");
+    }
+
+    #[test]
+    fn control_characters_are_written_out() {
+        assert_eq!(harmless("a\tb\nc"), "a\tb\nc");
+        let text = "red \u{1b}[31m, C1 \u{9b}1m, bell \u{7}, return \r";
+        assert_eq!(harmless(text), "red \\u{1b}[31m, C1 \\u{9b}1m, bell \\u{7}, return \\r");
     }
 }

@@ -60,7 +60,7 @@ pub struct Args {
     seed: u64,
     #[command(flatten)]
     techniques: device::TechniqueArgs,
-    /// Part of a device's name (see 'abbe devices'), or 'reference' for double precision on the CPU
+    /// Number or part of the name of a device (see 'abbe devices'), or 'reference' for double precision on the CPU
     #[arg(long, value_name = "NAME")]
     device: Option<String>,
     /// Extra channels in the EXR, with commas between: standard errors; depth, normal and albedo of what is seen first

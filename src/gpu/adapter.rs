@@ -115,7 +115,7 @@ pub fn list_adapters() -> Vec<AdapterInfo> {
 const READ_BYTES: u64 = 8 << 20;
 
 impl Gpu {
-    /// Opens the first adapter whose name, driver or kind contains `wanted` (any case), or the best one.
+    /// Opens the adapter of this number in [`list_adapters`], from 1, or the first whose name, driver or kind contains `wanted` (any case), or the best one.
     ///
     /// # Errors
     /// [`Error::Device`] if there is none, none matches, or it refuses; [`Error::Fault`] if it fails.
@@ -137,7 +137,9 @@ impl Gpu {
             let text = AdapterInfo::of(&a.get_info()).to_string().to_lowercase();
             wanted.is_none_or(|w| text.contains(&w.to_lowercase()))
         };
-        let Some(adapter) = all.into_iter().find(matches) else {
+        let numbered = wanted.and_then(|w| w.parse::<usize>().ok()?.checked_sub(1)).filter(|i| *i < all.len());
+        let found = numbered.or_else(|| all.iter().position(matches));
+        let Some(adapter) = found.and_then(|i| all.into_iter().nth(i)) else {
             return Err(Error::device(
                 format!("no adapter matches {:?}", wanted.unwrap_or_default()),
                 format!("choose one of: {list}; `abbe devices` lists them"),

@@ -449,7 +449,7 @@ impl GpuIntegrator {
     fn batch(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats> {
         let Batch { index, first_pass, spp } = batch;
         if self.learned.tiles_done == 0 {
-            self.probe(index)?;
+            self.probe(batch)?;
         }
         for tile in self.tiles().into_iter().skip(self.learned.tiles_done) {
             let rates = self.learned.adaptive.as_ref().map_or_else(|| even_rates(tile), |a| a.rates(tile, spp));

@@ -6,13 +6,14 @@ use super::gpu_integrator::{Passes, even_rates};
 use super::params::coarser;
 use crate::error::{Error, Result};
 use crate::gpu::layout::Params;
+use crate::render::Batch;
 use crate::state::{Persistent, State};
 use crate::stats::BatchStats;
 use std::io;
 
-/// Probes: before which batch (or the first one after it), and samples of all pixels together. A short one, so that the first picture comes soon, and a
+/// Probes: before the first batch that goes on beyond so many samples of a pixel, and samples of all pixels together. A short one, so that the first picture comes soon, and a
 /// long one when it is known that it pays.
-const PROBES: [(u32, f64); 2] = [(0, (1 << 16) as f64), (4, (1 << 19) as f64)];
+const PROBES: [(u64, f64); 2] = [(0, (1 << 16) as f64), (4, (1 << 19) as f64)];
 /// In how many rounds; the picture has fewer pixels for it, if it has to.
 const ROUNDS: (f64, f64) = (4.0, 12.0);
 /// Probes have the last numbers of batches, each so many.
@@ -36,8 +37,8 @@ fn unexpected(e: io::Error) -> Error {
 
 impl GpuIntegrator {
     /// Learns where light paths are of use, and how many are best, from a few passes that the film never sees: what they find before that is mostly noise.
-    pub(super) fn probe(&mut self, batch: u32) -> Result<()> {
-        let due = PROBES.iter().take_while(|(before, _)| *before <= batch).count();
+    pub(super) fn probe(&mut self, batch: Batch) -> Result<()> {
+        let due = PROBES.iter().take_while(|(beyond, _)| batch.first_pass + u64::from(batch.spp) > *beyond).count();
         let rounds_of = |probe: usize| extent(&self.params, PROBES[probe].1).1;
         // Of a small picture the first one has told as much.
         let tells_more = |before: usize| before == 0 || rounds_of(due - 1) > rounds_of(before - 1);

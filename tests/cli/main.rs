@@ -287,3 +287,28 @@ fn a_scene_that_needs_more_memory_than_is_allowed_ends_in_one_line() {
     let output = folder.run(&[&render[..], &["1G"]].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
 }
+
+#[test]
+fn control_characters_of_files_do_not_reach_the_terminal() {
+    let folder = Folder::new("escapes");
+    // As a name, and where the reader of pictures quotes what it found.
+    std::fs::write(folder.0.join("evil.json"), SCENE.replace("\"ball\"", "\"ball\\u001b[31m\"")).unwrap();
+    std::fs::write(folder.0.join("evil.hdr"), "#?RADIANCE\n\u{1b}[31mred\u{7}\n\nX").unwrap();
+    std::fs::write(
+        folder.0.join("hdr.json"),
+        SCENE.replace("{\"constant\": {\"radiance\": 1}}", "{\"image\": {\"file\": \"evil.hdr\"}}"),
+    )
+    .unwrap();
+    for arguments in [
+        &["render", "evil.json", "--device", "reference", "--spp", "1"][..],
+        &["check", "evil.json"],
+        &["info", "evil.json"],
+        &["render", "hdr.json"],
+    ] {
+        let output = folder.run(arguments);
+        for bytes in [&output.stdout, &output.stderr] {
+            let text = text(bytes);
+            assert!(!text.contains(|c: char| c.is_control() && c != '\n' && c != '\t'), "{arguments:?}: {text:?}");
+        }
+    }
+}

@@ -89,7 +89,7 @@ fn balls_cannot_be_seen(balls: &[(&str, u32, Make)]) {
 
 #[test]
 fn rough_surfaces_in_uniform_light_cannot_be_seen() {
-    for (alpha, spp) in [(0.1, 40), (1.0, 32)] {
+    for (alpha, spp) in [(0.1, 48), (1.0, 32)] {
         let ball = furnace(|s| {
             let m = glass(s, solid("glass", 1.5, 1), alpha);
             shape(s, m, sphere(DVec3::ZERO, 1.0));

@@ -10,16 +10,16 @@ use serde_json::json;
 
 const BATCHES: u32 = 16;
 
-/// A diffuse ball under two lamps before nothing, which takes up a fifth of the picture.
+/// A diffuse ball under two lamps before nothing, far from the box of all these scenes, which takes up a fifth of the picture.
 fn ball() -> Scene {
     scene_of(json!({
         "film": {"width": 48, "height": 48},
-        "camera": {"perspective": {"eye": [0, 0, 5], "target": [0.9, 0.7, 0], "vfov_deg": 45}},
+        "camera": {"perspective": {"eye": [20, 0, 5], "target": [20.9, 0.7, 0], "vfov_deg": 45}},
         "materials": {"white": {"diffuse": {"reflectance": 0.7}}},
         "shapes": [
-            {"sphere": {"center": [0, 0, 0], "radius": 1}, "material": "white"},
-            {"disc": {"center": [0, 6, 0], "normal": [0, -1, 0], "radius": 2}, "emission": {"radiance": 5}},
-            {"disc": {"center": [-6, 0, 4], "normal": [1, 0, 0], "radius": 2}, "emission": {"radiance": 5}},
+            {"sphere": {"center": [20, 0, 0], "radius": 1}, "material": "white"},
+            {"disc": {"center": [20, 6, 0], "normal": [0, -1, 0], "radius": 2}, "emission": {"radiance": 5}},
+            {"disc": {"center": [14, 0, 4], "normal": [1, 0, 0], "radius": 2}, "emission": {"radiance": 5}},
         ],
     }))
 }
