@@ -70,6 +70,12 @@ fn are_alike(a: u32, b: u32) -> bool {
     return material_of(a) == material_of(b) || (interior != NONE && interior == load_Material(material_of(b)).interior);
 }
 
+// True for a surface that light passes straight through without entering a volume.
+fn is_sheet(primitive: u32) -> bool {
+    let m = load_Material(material_of(primitive));
+    return m.kind == MATERIAL_KIND_THIN_DIELECTRIC || (m.kind == MATERIAL_KIND_BOUNDARY && m.interior == NONE);
+}
+
 // Finds what lies beside the ray that leaves `hit`, at which `ray` arrives. Only a surface that lies in the one met remains its contact. Of neighbours in
 // one surface the next ray finds out by itself: behind their common edge only one of them is there.
 fn settle_contact(ray: Ray, hit: ptr<function, Hit>) {
@@ -98,6 +104,12 @@ fn settle_contact(ray: Ray, hit: ptr<function, Hit>) {
     let are_neighbours = are_alike((*hit).primitive, second) && select(share_a_corner((*hit).primitive, second), is_between, touches);
     (*hit).contact = select(NONE, second, touches && !are_neighbours);
     if (are_neighbours) {
+        return;
+    }
+    if ((*hit).contact != NONE && is_sheet((*hit).primitive) && load_Material(material_of(second)).interior != NONE) {
+        // A sheet in the boundary of a volume is not there: past it light would go straight on into the volume, and come out refracted.
+        beside = Beside((*hit).primitive, (*hit).bary, vec3f(0.0));
+        (*hit) = Hit(other.t, other.primitive, other.bary, (*hit).primitive);
         return;
     }
     // What was left is behind the path; what is yet to be crossed has the path on the side that it comes from.

@@ -38,10 +38,12 @@ impl Stage {
         let met: Vec<Met> = hits.iter().map(|h| self.choose(*h, path, rng)).collect();
         let values = |f: &dyn Fn(f64) -> f64| path.wavelengths.iter().map(|l| f(l.nm)).collect::<Vec<f64>>();
         let outside = values(&|nm| self.scene.interiors[ruling(&self.scene, &path.inside)].ior.eval(nm));
+        // A sheet in the boundary of a volume is not there: past it light would go straight on into the volume, and come out refracted.
+        let is_in_boundary = met.iter().any(|m| self.scene.materials[m.index].interior().is_some());
         for &Met { hit, material, coat, sheen, film, grain, .. } in &met {
             let bsdf = match material {
                 Material::Diffuse { reflectance } => Bsdf::Diffuse(values(&|nm| reflectance.eval(nm, hit.uv))),
-                Material::ThinDielectric { ior } => {
+                Material::ThinDielectric { ior } if !is_in_boundary => {
                     let stacks = film.map_or(vec![], |film| {
                         let around = |(l, &n): (&WavelengthSample, &f64)| film.between(n, (n, 0.0), l.nm);
                         path.wavelengths.iter().zip(&outside).map(around).collect()

@@ -45,6 +45,12 @@ fn cuboid(half: f64, material: &str) -> Value {
     json!({"box": {"min": [-half, -half, -half], "max": [half, half, half]}, "material": material})
 }
 
+/// A box with a pane that lies in the middle of its face towards the eye.
+fn pane_in_a_face() -> Value {
+    let pane = json!({"quad": {"corner": [-0.6, -0.6, 1], "edge_u": [1.2, 0, 0], "edge_v": [0, 1.2, 0]}, "material": "pane"});
+    json!([cuboid(1.0, "a"), pane])
+}
+
 /// Puts five boxes within each other in place of the scene's only shape, as one mesh.
 fn nest_shells(scene: &mut Scene) {
     let Some(Shape { geometry: Geometry::Mesh(mesh), .. }) = scene.shapes.first_mut() else { return };
@@ -86,6 +92,7 @@ fn unseen() -> Case {
         ("drop-in-glass-in-water-from-within", nested([2, 1, 0])),
         ("six-volumes", scene(six_materials.into(), json!(six), 0.8)),
         ("silvered", scene(silvered, faces("a", "mirror"), 0.5)),
+        ("pane-in-a-face", scene(json!({"a": glass, "pane": {"thin_dielectric": {"ior": 1.5}}}), pane_in_a_face(), 2.2)),
     ];
     let rows = views.iter().enumerate().map(|(i, (name, _))| {
         Row::new(format!("volumes-unseen/{name}"), 1.0, 2e-3, move |f: &[Film]| vec![mean(&f[i])]).floor(1e-4)
