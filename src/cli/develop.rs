@@ -13,7 +13,7 @@ use crate::develop::tone::Tone;
 use crate::error::{self, Error};
 use crate::gpu::Gpu;
 use crate::output::picture::{Format, Precision};
-use crate::output::{Quantity, SpectralImage, check_writable, write_picture};
+use crate::output::{Checkpoint, Quantity, SpectralImage, check_writable, write_picture};
 use crate::spectrum::Spectrum;
 use crate::spectrum::library::{self, Observer};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -104,6 +104,10 @@ enum Exposure {
 pub fn run(args: &Args) -> Outcome {
     let format = Format::of(&args.output);
     check_writable(&args.output, args.bands.table().into_iter().chain([args.input.as_path()]))?;
+    if Checkpoint::is_one(&args.input) {
+        let remedy = format!("make an EXR of it first, by abbe merge {} -o out.exr", args.input.display());
+        return Err(Error::file(&args.input, "this is a checkpoint", remedy));
+    }
     let image = args.bands.read(&args.input)?;
     let illuminant = args.illuminant.clone().unwrap_or_else(d65);
     let colours = image.xyz(args.observer, &illuminant);

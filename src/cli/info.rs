@@ -1,11 +1,14 @@
 //! `abbe info`: what is in a file.
 
 use super::bands::BandsArgs;
+use super::checkpoint::film_of;
 use super::load::Overrides;
+use super::print::{out, percent};
 use super::quantity::Quantity;
-use super::{Done, Outcome, print::out};
+use super::{Done, Outcome};
 use crate::error::{Error, Result};
-use crate::output::{SpectralImage, open_plain};
+use crate::output::{Checkpoint, SpectralImage, open_plain};
+use crate::render::Rendering;
 use crate::scene::{Light, Scene, Sensor};
 use serde_json::{Value, json};
 use std::io::Read;
@@ -20,7 +23,7 @@ const INFO_EXAMPLES: &str = "Examples:
 #[derive(clap::Args)]
 #[command(after_help = INFO_EXAMPLES)]
 pub struct Args {
-    /// Scene (.json), glTF (.gltf, .glb) or spectral EXR
+    /// Scene (.json), glTF (.gltf, .glb), spectral EXR or checkpoint
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Let a scene name files outside its own folder
@@ -38,7 +41,9 @@ const LONGEST: usize = 240;
 
 /// `abbe info`.
 pub fn run(args: &Args) -> Outcome {
-    let facts = if is_exr(&args.file)? {
+    let facts = if Checkpoint::is_one(&args.file) {
+        describe_checkpoint(&args.file)?
+    } else if is_exr(&args.file)? {
         describe_image(&args.bands.read(&args.file)?)
     } else {
         let overrides = Overrides { allow_outside: args.allow_outside, ..Overrides::default() };
@@ -105,6 +110,24 @@ fn describe_image(image: &SpectralImage) -> Facts {
     }
     facts.extend(image.attributes.iter().map(|(name, value)| (name.clone(), json!(value))));
     facts
+}
+
+fn describe_checkpoint(path: &Path) -> Result<Facts> {
+    let checkpoint = Checkpoint::open(path)?;
+    let header = checkpoint.header.clone();
+    let mut rendering = Rendering::new(film_of(&header)?);
+    checkpoint.restore_first(&mut rendering)?;
+    let mut facts = vec![("kind".to_string(), json!("checkpoint"))];
+    facts.extend(header["identity"].as_object().into_iter().flatten().map(|(name, value)| (name.clone(), value.clone())));
+    facts.extend([
+        ("share".to_string(), json!(format!("{}/{}", rendering.share.number + 1, rendering.share.of))),
+        ("samples per pixel".to_string(), json!(rendering.spp)),
+        ("batches".to_string(), json!(rendering.batches)),
+        ("seconds".to_string(), json!(rendering.elapsed.as_secs_f64())),
+        ("relative error".to_string(), json!(percent(rendering.film.relative_error()))),
+        ("scene file".to_string(), header["request"]["scene"].clone()),
+    ]);
+    Ok(facts)
 }
 
 fn describe_scene(scene: &Scene) -> Facts {

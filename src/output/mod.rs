@@ -16,10 +16,12 @@ pub use exr_read::{Quantity, SpectralImage};
 pub use picture::{write_picture, write_rgb};
 
 use crate::error::{Error, Result};
+use std::ffi::OsStr;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 /// Temporary files that exist now, for [`remove_temporaries`].
 static TEMPORARIES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -33,6 +35,24 @@ pub fn remove_temporaries() {
     for path in temporaries().drain(..) {
         // The file may be gone or renamed already; nothing is left to do about it then.
         let _ = std::fs::remove_file(path);
+    }
+}
+
+/// A file that nobody has written to for so long is nobody's any more.
+const ABANDONED: Duration = Duration::from_secs(3600);
+
+/// Removes what processes that were killed have left of writes to `destination`. If it cannot be, it is in nobody's way.
+fn sweep(destination: &Path, name: &OsStr) {
+    let folder = destination.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let begin = format!(".{}.", name.to_string_lossy());
+    for file in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let found = file.file_name().to_string_lossy().into_owned();
+        let number = found.strip_prefix(&begin).and_then(|rest| rest.strip_suffix(".tmp"));
+        let is_ours = number.is_some_and(|n| n.chars().all(|c| c.is_ascii_digit() || c == '.'));
+        let age = file.metadata().and_then(|m| m.modified()).ok().and_then(|at| at.elapsed().ok());
+        if is_ours && age.is_some_and(|age| age > ABANDONED) {
+            let _ = std::fs::remove_file(file.path());
+        }
     }
 }
 
@@ -51,6 +71,7 @@ impl Temporary {
             return Err(io::Error::other("this is not a plain file"));
         }
         let name = destination.file_name().ok_or_else(|| io::Error::other("this names no file"))?;
+        sweep(&destination, name);
         for attempt in 0..100 {
             let mut hidden = std::ffi::OsString::from(".");
             hidden.push(name);

@@ -134,3 +134,31 @@ fn a_checkpoint_of_another_render_is_refused_by_what_differs() {
     std::fs::write(folder.0.join("ball.checkpoint"), &bytes[..bytes.len() / 2]).unwrap();
     fails(&folder, &["render", "--resume", "ball.exr"], &["ball.checkpoint", "cut short"]);
 }
+
+#[test]
+fn a_checkpoint_can_be_looked_at() {
+    let folder = Folder::new("look");
+    run(&folder, &format!("{RENDER} --spp 20 --keep-checkpoint"));
+    let info = text(&run(&folder, "info ball.checkpoint").stdout);
+    for part in ["checkpoint", "8x6", "seed", "samples per pixel", "20", "ball.json"] {
+        assert!(info.contains(part), "no '{part}' in {info}");
+    }
+    fails(&folder, &["develop", "ball.checkpoint", "-o", "d.png"], &["ball.checkpoint", "this is a checkpoint", "abbe merge"]);
+    run(&folder, "merge ball.checkpoint --errors -o again.exr");
+    assert_eq!(values(&folder, "ball.exr"), values(&folder, "again.exr"));
+}
+
+#[test]
+fn what_killed_processes_have_left_is_swept_when_it_is_old() {
+    let folder = Folder::new("sweep");
+    let names = [".ball.exr.1234.0.tmp", ".ball.exr.77.0.tmp", ".ball.exr.notes.tmp", ".other.exr.5.0.tmp"];
+    for (i, name) in names.iter().enumerate() {
+        let file = std::fs::File::create(folder.0.join(name)).unwrap();
+        // The second is as young as that of a process at work.
+        let age = if i == 1 { 10 } else { 2 * 3600 };
+        file.set_modified(std::time::SystemTime::now() - Duration::from_secs(age)).unwrap();
+    }
+    run(&folder, &format!("{RENDER} --spp 1"));
+    let left: Vec<String> = folder.names().into_iter().filter(|n| n.ends_with(".tmp")).collect();
+    assert_eq!(left, [names[1], names[2], names[3]]);
+}
