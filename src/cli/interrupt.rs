@@ -5,14 +5,25 @@ use super::print::note;
 use crate::error::{Error, Result};
 use crate::output::remove_temporaries;
 use crate::render::Halt;
-use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::sync::{LazyLock, OnceLock};
+use std::time::{Duration, Instant};
 
 /// A render is under way that looks at [`halt`].
 static HEEDED: AtomicBool = AtomicBool::new(false);
 static HALT: LazyLock<Halt> = LazyLock::new(Halt::default);
 /// Number of the signal that came, or 0.
 static SIGNAL: AtomicU8 = AtomicU8::new(0);
+/// When the first one came.
+static FIRST: OnceLock<Instant> = OnceLock::new();
+
+/// Signals that come so soon after the first are the same request: `timeout` sends its own twice, to the process and to its group.
+const SAME: Duration = Duration::from_millis(500);
+
+/// Whether a signal that comes `now` is a second request.
+fn is_second(first: Option<&Instant>, now: Instant) -> bool {
+    first.is_some_and(|first| now.saturating_duration_since(*first) >= SAME)
+}
 
 /// Installs the handlers.
 pub fn install() -> Result<()> {
@@ -48,10 +59,17 @@ fn watch() -> std::result::Result<(), ctrlc::Error> {
 }
 
 fn received(signal: u8) {
-    let again = SIGNAL.swap(signal, Ordering::SeqCst) != 0;
-    if again || !HEEDED.load(Ordering::SeqCst) {
+    let now = Instant::now();
+    let is_first = FIRST.set(now).is_ok();
+    if is_first {
+        SIGNAL.store(signal, Ordering::SeqCst);
+    }
+    if is_second(FIRST.get(), now) || !HEEDED.load(Ordering::SeqCst) {
         remove_temporaries();
         end(exit_code());
+    }
+    if !is_first {
+        return;
     }
     HALT.request();
     note("stopping: what is done will be written; a second signal quits at once and writes nothing");
@@ -86,4 +104,17 @@ pub fn requested() -> bool {
 /// Exit code after a signal, as shells have it: 128 and its number.
 pub fn exit_code() -> u8 {
     128 + SIGNAL.load(Ordering::SeqCst)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_comes_at_once_after_the_first_signal_is_no_second_request() {
+        let first = Instant::now();
+        assert!(!is_second(None, first));
+        assert!(!is_second(Some(&first), first) && !is_second(Some(&first), first + SAME / 2));
+        assert!(is_second(Some(&first), first + SAME));
+    }
 }
