@@ -1,7 +1,7 @@
 //! What batches of samples came to.
 
 use crate::gpu::layout::COUNTED_DEPTHS;
-use crate::state::{Persistent, State};
+use crate::state::{Persistent, State, invalid};
 use std::io;
 use std::time::Duration;
 
@@ -63,11 +63,17 @@ impl std::ops::AddAssign for Counts {
     }
 }
 
+/// A thousand years, s: no render took longer.
+const LONGEST: u64 = 31_557_600_000;
+
 /// A duration, to the nanosecond.
 pub(crate) fn persist_time(time: &mut Duration, state: &mut State<'_>) -> io::Result<()> {
     let (mut seconds, mut nanoseconds) = (time.as_secs(), time.subsec_nanos());
     state.value(&mut seconds)?;
     state.value(&mut nanoseconds)?;
+    if seconds > LONGEST {
+        return Err(invalid(format!("a time of {seconds} s")));
+    }
     *time = Duration::from_secs(seconds).saturating_add(Duration::from_nanos(u64::from(nanoseconds)));
     Ok(())
 }
@@ -115,7 +121,12 @@ impl Persistent for BatchStats {
             most_rays,
             camera_rays,
         ];
-        counts.into_iter().try_for_each(|count| state.value(count))?;
+        for count in counts {
+            state.value(count)?;
+            if *count > u64::MAX >> 8 {
+                return Err(invalid(format!("a count of {count}")));
+            }
+        }
         let times = [camera_time, light_time, longest_dispatch].into_iter().chain(kernel_times);
         times.into_iter().try_for_each(|time| persist_time(time, state))?;
         camera_counts.persist(state)?;

@@ -14,9 +14,6 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// More machines than batches have nothing to do.
-const MOST_SHARES: u32 = 4096;
-
 /// How often checkpoints are written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Interval {
@@ -52,10 +49,8 @@ fn interval(text: &str) -> std::result::Result<Interval, String> {
 
 fn share(text: &str) -> std::result::Result<Share, String> {
     let numbers = text.split_once('/').and_then(|(i, n)| Some((i.parse::<u32>().ok()?, n.parse::<u32>().ok()?)));
-    match numbers {
-        Some((number, of)) if (1..=of).contains(&number) && of <= MOST_SHARES => Ok(Share { number: number - 1, of }),
-        _ => Err(format!("write number/of, as in 1/8, with numbers from 1 to {MOST_SHARES}")),
-    }
+    let share = numbers.and_then(|(number, of)| Share::new(number.checked_sub(1)?, of));
+    share.ok_or_else(|| format!("write number/of, as in 1/8, with numbers from 1 to {}", Share::MOST))
 }
 
 /// The checkpoint beside this output.

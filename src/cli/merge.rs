@@ -113,6 +113,6 @@ fn part(path: &Path, first: &Value, args: &Args) -> Result<Part> {
         return Err(Error::file(path, problem, remedy));
     }
     let number = |i: usize| header["request"]["share"][i].as_u64().and_then(|n| u32::try_from(n).ok());
-    let share = number(0).zip(number(1)).map_or(Share::WHOLE, |(number, of)| Share { number, of: of.max(1) });
+    let share = number(0).zip(number(1)).and_then(|(number, of)| Share::new(number, of)).unwrap_or(Share::WHOLE);
     Ok(Part { path: path.to_path_buf(), share })
 }

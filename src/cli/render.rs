@@ -162,7 +162,7 @@ impl Args {
             max_depth: number("max_depth"),
             allow_outside: request["allow_outside"].as_bool().unwrap_or(false),
         };
-        args.checkpoint.share = pair("share").map(|(number, of)| Share { number, of });
+        args.checkpoint.share = pair("share").and_then(|(number, of)| Share::new(number, of));
         args.seed = request["seed"].as_u64().unwrap_or(0);
         args.techniques = device::TechniqueArgs::of_json(&request["techniques"]);
         args.device = args.device.or_else(|| request["device"].as_str().map(str::to_string));

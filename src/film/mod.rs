@@ -26,7 +26,7 @@ pub use errors::Errors;
 use crate::color::cie::is_visible;
 use crate::error::{Error, Result};
 use crate::scene::FilmSettings;
-use crate::state::{Persistent, State};
+use crate::state::{Persistent, State, invalid};
 use std::io;
 use whole::Whole;
 
@@ -303,6 +303,9 @@ impl Persistent for Film {
         state.slice(deviation)?;
         state.slice(weight)?;
         state.slice(batches)?;
+        if let Some(many) = batches.iter().find(|n| **n > u32::MAX >> 1) {
+            return Err(invalid(format!("{many} batches of a pixel")));
+        }
         whole.persist(state)
     }
 }

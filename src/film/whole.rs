@@ -115,6 +115,9 @@ impl Persistent for Whole {
         if count > GROUPS {
             return Err(invalid(format!("{count} groups of batches")));
         }
+        if *size == 0 || *size > u32::MAX >> 1 {
+            return Err(invalid(format!("groups of {size} batches")));
+        }
         groups.resize(count, Group { mean: vec![0.0; sums.len()], ..Group::default() });
         groups.iter_mut().try_for_each(|group| group.persist(state))
     }

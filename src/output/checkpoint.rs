@@ -2,7 +2,7 @@
 //! ([`crate::render::Share`]) is one, too.
 //!
 //! A file is a line that says what it is, the length of a header and the header (JSON: which render it is of, and what was asked for), then the state
-//! ([`crate::state`]) with its checksum. It is replaced as a whole, so that a process killed at any moment leaves the one before or the new one.
+//! ([`crate::state`]) with a checksum of both. It is replaced as a whole, so that a process killed at any moment leaves the one before or the new one.
 
 use super::{open_plain, replace_file};
 use crate::error::{Error, Result};
@@ -29,6 +29,7 @@ pub fn write_checkpoint(path: &Path, header: &Value, state: &mut dyn Persistent)
         file.write_all(&(header.len() as u64).to_le_bytes())?;
         file.write_all(header.as_bytes())?;
         let mut out = State::saving(file);
+        out.cover(header.as_bytes());
         state.persist(&mut out)?;
         out.finish()
     })
@@ -40,6 +41,8 @@ pub struct Checkpoint {
     path: PathBuf,
     /// Which render it is of, and what was asked for.
     pub header: Value,
+    /// The same as it is in the file.
+    text: Vec<u8>,
     file: BufReader<File>,
     /// Bytes of the state and its checksum.
     length: u64,
@@ -58,7 +61,7 @@ impl Checkpoint {
     /// [`Error::File`] if there is none.
     pub fn open(path: &Path) -> Result<Self> {
         let failed = |why: String| Error::file(path, why, "begin anew without --resume");
-        let read = || -> io::Result<(BufReader<File>, u64, Value)> {
+        let read = || -> io::Result<(BufReader<File>, Vec<u8>, u64, Value)> {
             let (file, all) = open_plain(path)?;
             let mut file = BufReader::with_capacity(BUFFER, file);
             let (mut begin, mut length) = ([0; MAGIC.len()], [0; 8]);
@@ -73,15 +76,16 @@ impl Checkpoint {
             }
             let mut header = vec![0; length as usize];
             file.read_exact(&mut header)?;
+            let text = header.clone();
             let header = serde_json::from_slice(&header).map_err(|_| io::Error::other("its header is damaged"))?;
-            Ok((file, all.saturating_sub(MAGIC.len() as u64 + 8 + length), header))
+            Ok((file, text, all.saturating_sub(MAGIC.len() as u64 + 8 + length), header))
         };
-        let (file, length, header) = read().map_err(|e| match e.kind() {
+        let (file, text, length, header) = read().map_err(|e| match e.kind() {
             io::ErrorKind::NotFound => failed("there is no checkpoint to go on from".to_string()),
             io::ErrorKind::UnexpectedEof => failed("this checkpoint is cut short".to_string()),
             _ => failed(e.to_string()),
         })?;
-        Ok(Self { path: path.to_path_buf(), header, file, length })
+        Ok(Self { path: path.to_path_buf(), header, text, file, length })
     }
 
     /// Puts `state` where it was.
@@ -103,6 +107,7 @@ impl Checkpoint {
     fn read(mut self, state: &mut dyn Persistent, has_more: bool) -> Result<()> {
         let mut read = |file: &mut BufReader<File>| {
             let mut input = State::restoring(file);
+            input.cover(&self.text);
             state.persist(&mut input)?;
             if has_more {
                 // The checksum has four bytes.

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::aov::{Albedo, AovBuffers};
 use crate::scene::FilmSettings;
-use crate::state::{Persistent, State};
+use crate::state::{Persistent, State, invalid};
 use crate::stats::{BatchStats, persist_time};
 use std::io;
 use std::ops::ControlFlow;
@@ -154,6 +154,13 @@ pub struct Share {
 impl Share {
     /// All batches.
     pub const WHOLE: Share = Share { number: 0, of: 1 };
+    /// Most shares of a render: more machines than batches have nothing to do.
+    pub const MOST: u32 = 4096;
+
+    /// Share `number`, from 0, of so many; `None` if there is no such share.
+    pub fn new(number: u32, of: u32) -> Option<Self> {
+        (number < of && of <= Self::MOST).then_some(Share { number, of })
+    }
 }
 
 /// All that the batches so far have left behind, but for what the integrator has learned.
@@ -292,7 +299,13 @@ impl Persistent for Rendering {
         state.value(batches)?;
         state.value(spp)?;
         stats.persist(state)?;
-        persist_time(elapsed, state)
+        persist_time(elapsed, state)?;
+        // A file that was tampered with must not make sums overflow, or be gone on with for ever.
+        let sums = [u64::from(*next), u64::from(*batches), *spp];
+        if Share::new(share.number, share.of).is_none() || sums.into_iter().any(|n| n > u64::from(u32::MAX)) {
+            return Err(invalid(format!("share {} of {}, {next} batches, {spp} samples", share.number, share.of)));
+        }
+        Ok(())
     }
 }
 
@@ -329,4 +342,35 @@ pub fn render_blocks(
         blocks.add_batch_f64(&sums, spp);
     }
     Ok(blocks)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Bins, Filter, WavelengthSampling};
+
+    #[test]
+    fn a_state_that_no_render_can_reach_is_an_error() {
+        let bins = Bins { count: 1, min_nm: 400.0, max_nm: 700.0 };
+        let (filter, sampling) = (Filter::Box, WavelengthSampling::Continuous);
+        let settings = FilmSettings { width: 1, height: 1, bins, filter, sampling, exposure: None };
+        let restored = |change: &dyn Fn(&mut Rendering)| {
+            let mut rendering = Rendering::new(Film::new(&settings));
+            change(&mut rendering);
+            // As it may be written by a stranger: a save of ours refuses it in the same way.
+            rendering.persist(&mut State::saving(&mut Vec::new()))
+        };
+        assert!(restored(&|_| {}).is_ok());
+        let changes: [&dyn Fn(&mut Rendering); 6] = [
+            &|r| r.share.of = 0,
+            &|r| r.share = Share { number: u32::MAX, of: u32::MAX },
+            &|r| r.share = Share { number: 3, of: 3 },
+            &|r| r.spp = u64::MAX,
+            &|r| r.stats.rays = u64::MAX,
+            &|r| r.elapsed = Duration::MAX,
+        ];
+        for (i, change) in changes.into_iter().enumerate() {
+            assert!(restored(change).is_err(), "change {i}");
+        }
+    }
 }

@@ -131,6 +131,13 @@ fn a_checkpoint_of_another_render_is_refused_by_what_differs() {
     fails(&folder, &["render", "--resume", "none.exr"], &["none.checkpoint", "there is no checkpoint"]);
     let bytes = std::fs::read(folder.0.join("ball.checkpoint")).unwrap();
     std::fs::write(folder.0.join("ball.json"), scene).unwrap();
+    // The header, too, is under the checksum.
+    let at = bytes.windows(10).position(|w| w == b"irradiance").unwrap();
+    let mut other = bytes.clone();
+    other[at] = b'I';
+    std::fs::write(folder.0.join("ball.checkpoint"), &other).unwrap();
+    let stderr = text(&folder.run(&["render", "--resume", "ball.exr"]).stderr);
+    assert!(stderr.contains("ball.checkpoint") && stderr.contains("checksum"), "{stderr}");
     std::fs::write(folder.0.join("ball.checkpoint"), &bytes[..bytes.len() / 2]).unwrap();
     fails(&folder, &["render", "--resume", "ball.exr"], &["ball.checkpoint", "cut short"]);
 }

@@ -77,9 +77,9 @@ fn a_render_goes_on_from_any_batch_as_if_it_had_never_stopped() {
         };
         whole.render(&mut integrator, &stop, observe).unwrap();
         assert_eq!(states.len(), 28);
-        // Every batch is rendered anew from the state before it.
+        // Every batch is rendered anew from the state before it, the last one first: what is not restored is that of a later batch.
         let mut integrator = open();
-        for (i, [(before, _), (_, after)]) in states.iter().zip(&states[1..]).map(|(a, b)| [a, b]).enumerate() {
+        for (i, [(before, _), (_, after)]) in states.iter().zip(&states[1..]).map(|(a, b)| [a, b]).enumerate().rev() {
             let mut rendering = Rendering::new(Film::new(&scene.film));
             restored(before, &mut rendering, &mut integrator).unwrap();
             rendering.render(&mut integrator, &stop, &mut |_, _| ControlFlow::Break(())).unwrap();
