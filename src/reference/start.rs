@@ -34,14 +34,11 @@ pub(super) fn off_surfaces(mut sensor: Sensor, scale: f64) -> Sensor {
 
 /// Likewise what is added to the position of a light that is no shape.
 pub(super) fn off_light(light: &Light, scale: f64) -> DVec3 {
-    let (to, position) = match light {
-        Light::Point { position, .. } => (above(), *position),
-        Light::Spot { position, direction, .. } => (*direction, *position),
-        Light::Profile { position, axes, .. } => (axes.z_axis, *position),
-        Light::Beam { origin, direction, .. } => (*direction, *origin),
-        Light::Sun { .. } | Light::Constant { .. } | Light::Image(_) => return DVec3::ZERO,
+    let Some(place) = light.placement() else {
+        return DVec3::ZERO;
     };
-    to * on_surface(position, scale)
+    let to = if place.is_even() { above() } else { place.axis };
+    to * on_surface(place.position, scale)
 }
 
 impl Stage {

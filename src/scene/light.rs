@@ -84,6 +84,13 @@ pub struct Placement {
     pub angle: f64,
 }
 
+impl Placement {
+    /// True if its light goes to all sides.
+    pub fn is_even(&self) -> bool {
+        self.angle >= PI
+    }
+}
+
 impl Light {
     /// What people call it.
     pub fn name(&self) -> &'static str {

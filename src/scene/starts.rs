@@ -173,11 +173,9 @@ fn of_sensor(sensor: &Sensor, film: &FilmSettings) -> (Patch, DVec3) {
 }
 
 fn of_light(light: &Light) -> Option<(Patch, DVec3)> {
-    match light {
-        Light::Point { position, .. } => Some((Patch::point(*position), ABOVE)),
-        Light::Beam { origin, direction, radius, .. } => Some((Patch::disc(*origin, *direction, *radius), *direction)),
-        other => other.placement().map(|p| (Patch::point(p.position), p.axis)),
-    }
+    let place = light.placement()?;
+    let patch = if place.radius > 0.0 { Patch::disc(place.position, place.axis, place.radius) } else { Patch::point(place.position) };
+    Some((patch, if place.is_even() { ABOVE } else { place.axis }))
 }
 
 /// What a scene's coordinates are measured from on the GPU, and its shapes.
