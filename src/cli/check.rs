@@ -100,7 +100,7 @@ fn few(names: impl IntoIterator<Item = String>, things: &str) -> Vec<String> {
 fn explain(scene: &Scene, plan: &Plan) -> Vec<String> {
     let (film, bins) = (&scene.film, &scene.film.bins);
     let mut lines = vec![format!(
-        "{} x {} pixels of {} bins, {} to {} nm, by a {}",
+        "{} x {} pixels of {} bins, {} to {} nm, {}",
         film.width,
         film.height,
         bins.count,

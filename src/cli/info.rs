@@ -145,7 +145,7 @@ fn describe_scene(scene: &Scene) -> Facts {
     let emitters = scene.shapes.iter().filter(|s| s.emission.is_some()).map(|s| json!(format!("{} (shape)", s.name)));
     facts.push(("lights".to_string(), Value::Array(lights.into_iter().chain(emitters).collect())));
     let media = scene.interiors.iter().skip(1).map(|i| json!(i.name)).collect();
-    facts.push(("interiors".to_string(), Value::Array(media)));
+    facts.push(("volumes".to_string(), Value::Array(media)));
     facts.push(("notes".to_string(), json!(scene.notes)));
     facts
 }
@@ -154,7 +154,7 @@ fn describe_scene(scene: &Scene) -> Facts {
 pub fn summary(scene: &Scene) -> String {
     let emitters = scene.shapes.iter().filter(|s| s.emission.is_some()).count();
     format!(
-        "{} shapes with {} triangles, {} materials, {} lights, {} interiors",
+        "{} shapes with {} triangles, {} materials, {} lights, {} volumes",
         scene.shapes.len(),
         scene.triangles(),
         scene.materials.len(),

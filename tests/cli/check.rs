@@ -28,7 +28,7 @@ fn check_says_what_will_be_rendered_and_what_is_wrong() {
     let folder = Folder::new("check");
     let good = text(&folder.run(&["check", "ball.json"]).stdout);
     for part in [
-        "8 x 6 pixels of 4 bins, 380 to 780 nm, by a pinhole camera",
+        "8 x 6 pixels of 4 bins, 380 to 780 nm, pinhole camera",
         "light: constant environment",
         "caustics: none",
         "no warnings",
