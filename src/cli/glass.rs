@@ -6,16 +6,19 @@ use crate::cli::plot::{Axis, Curve, Plot};
 use crate::color::cie::VISIBLE_NM;
 use crate::error::{Error, Result, quoted, suggest};
 use crate::output::{check_writable, write_text};
-use crate::spectrum::library::{glass, glass_head, glass_names};
+use crate::spectrum::catalogue;
+use crate::spectrum::library::{self, glass, glass_head, glass_names};
 use crate::spectrum::{Ior, LINE_C_NM, LINE_D_NM, LINE_F_NM};
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "Examples:
   abbe glass N-BK7
   abbe glass N-BK7 SF10 diamond -o indices.svg
   abbe glass --list SF
+  abbe glass --list ohara/ --nd 1.8..1.9 --vd 25..40
   abbe glass water --step 5 --json
+  abbe glass schott.agf
 
 Indices are relative to air, at wavelengths in air. V_d is (n_d - 1) / (n_F - n_C), with the lines d 587.56, F 486.13, C 656.27 nm.
 The Cauchy formulas are least-squares fits over the visible, wavelengths in um. A renderer or a table that knows only A + B/l^2 is off
@@ -30,12 +33,18 @@ const VISIBLE: (f64, f64) = (VISIBLE_NM[0], VISIBLE_NM[1]);
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Names, in capitals or not; without any, all are listed
-    #[arg(value_name = "NAME")]
+    /// Names, in capitals or not, or files: of refractiveindex.info (.yml), Zemax catalogues (.agf), tables (.csv, .txt); without any, all are listed
+    #[arg(value_name = "NAME|FILE")]
     names: Vec<String>,
     /// List the names that contain FILTER, or all, each with n_d, V_d and its range
     #[arg(long, value_name = "FILTER", num_args = 0..=1, default_missing_value = "", conflicts_with = "names")]
     list: Option<String>,
+    /// Of these, only with an index n_d within this range
+    #[arg(long, value_name = "MIN..MAX", requires = "list", value_parser = values::range)]
+    nd: Option<(f64, f64)>,
+    /// Of these, only with an Abbe number V_d within this range
+    #[arg(long, value_name = "MIN..MAX", requires = "list", value_parser = values::range)]
+    vd: Option<(f64, f64)>,
     /// Step of the table of indices, nm
     #[arg(long, value_name = "NM", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=400))]
     step: u32,
@@ -50,9 +59,12 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     if args.names.is_empty() {
-        return list(args.list.as_deref().unwrap_or_default(), args.json);
+        return list(args);
     }
-    let glasses = args.names.iter().map(|name| Glass::find(name)).collect::<Result<Vec<_>>>()?;
+    let mut glasses = Vec::new();
+    for name in &args.names {
+        if is_file(name) { glasses.extend(Glass::of_file(name)?) } else { glasses.push(Glass::find(name)?) }
+    }
     if let Some(path) = &args.output {
         check_writable(path, None::<&PathBuf>)?;
         write_text(path, &plot(&glasses).svg())?;
@@ -68,20 +80,47 @@ pub fn run(args: &Args) -> Outcome {
     Ok(Done::Completely)
 }
 
-/// Something transparent of the library.
+/// Endings of the files that indices are read from.
+const ENDINGS: &[&str] = &["yml", "yaml", "agf", "csv", "txt"];
+
+/// Names of glasses have no such ending.
+fn is_file(name: &str) -> bool {
+    name.rsplit_once('.').is_some_and(|(_, ending)| ENDINGS.iter().any(|e| e.eq_ignore_ascii_case(ending)))
+}
+
+/// Something transparent of the library, or of a file.
 struct Glass {
-    name: &'static str,
+    name: String,
     ior: Ior,
-    /// The words of its file's head.
-    head: &'static [(String, String)],
+    /// What its file says of it.
+    head: Vec<(String, String)>,
 }
 
 impl Glass {
     fn find(name: &str) -> Result<Self> {
-        let names = glass_names();
-        let known = names.iter().find(|known| known.eq_ignore_ascii_case(name.trim()));
-        let found = known.and_then(|known| Some(Glass { name: known, ior: glass(known)?, head: glass_head(known)? }));
-        found.ok_or_else(|| Error::usage(format!("unknown glass {}", quoted(name)), suggest(name, names)))
+        let known = library::glass_name(name);
+        let found =
+            known.and_then(|known| Some(Glass { name: known.into(), ior: glass(known)?, head: glass_head(known)?.to_vec() }));
+        found.ok_or_else(|| {
+            let (problem, remedy) = library::unknown_glass(name);
+            Error::usage(problem, remedy)
+        })
+    }
+
+    /// All that a file of refractiveindex.info, a Zemax catalogue or a table holds.
+    fn of_file(path: &str) -> Result<Vec<Self>> {
+        let bytes = std::fs::read(path).map_err(|e| Error::file(path, e.to_string(), "check the path"))?;
+        let glasses = catalogue::read_all(&bytes).map_err(|message| {
+            let (problem, remedy) = message.split_once("; ").unwrap_or((&message, "mend the file"));
+            Error::file(path, problem, remedy)
+        })?;
+        let stem = Path::new(path).file_stem().unwrap_or_default().to_string_lossy();
+        let named = |g: catalogue::Glass| Glass {
+            name: if g.name.is_empty() { stem.to_string() } else { g.name },
+            ior: g.ior,
+            head: if g.source.is_empty() { vec![] } else { vec![("source".to_string(), g.source)] },
+        };
+        Ok(glasses.into_iter().map(named).collect())
     }
 
     /// Index at `nm`, where the source gives one.
@@ -107,13 +146,14 @@ impl Glass {
     }
 
     /// Every text of the file's head under `word`.
-    fn said(&self, word: &'static str) -> impl Iterator<Item = &'static str> {
+    fn said(&self, word: &'static str) -> impl Iterator<Item = &str> {
         self.head.iter().filter(move |(w, _)| w == word).map(|(_, text)| text.as_str())
     }
 
     fn text(&self) -> String {
         let known = |n: Option<f64>| n.map_or("-".to_string(), |n| format!("{n:.6}"));
-        let mut lines = vec![format!("{}: {}", self.name, self.said("title").collect::<Vec<_>>().join("; "))];
+        let title = self.said("title").collect::<Vec<_>>().join("; ");
+        let mut lines = vec![if title.is_empty() { self.name.to_string() } else { format!("{}: {title}", self.name) }];
         lines.push(format!(
             "  n_d {}  n_F {}  n_C {}  V_d {}",
             known(self.n(LINE_D_NM)),
@@ -189,14 +229,22 @@ fn plot(glasses: &[Glass]) -> Plot {
     }
 }
 
-fn list(filter: &str, as_json: bool) -> Outcome {
+fn list(args: &Args) -> Outcome {
+    let (filter, as_json) = (args.list.as_deref().unwrap_or_default(), args.json);
     let names = glass_names();
     let mut found: Vec<&str> = names.iter().copied().filter(|n| n.to_lowercase().contains(&filter.to_lowercase())).collect();
     if found.is_empty() {
         return Err(Error::usage(format!("no name contains {}", quoted(filter)), suggest(filter, names)));
     }
     found.sort_by_key(|name| name.to_lowercase());
-    let glasses = found.into_iter().map(Glass::find).collect::<Result<Vec<_>>>()?;
+    let mut glasses = found.into_iter().map(Glass::find).collect::<Result<Vec<_>>>()?;
+    let within = |value: Option<f64>, range: Option<(f64, f64)>| {
+        range.is_none_or(|(lo, hi)| value.is_some_and(|v| (lo..=hi).contains(&v)))
+    };
+    glasses.retain(|g| within(g.n(LINE_D_NM), args.nd) && within(g.vd(), args.vd));
+    if glasses.is_empty() {
+        return Err(Error::usage("no glass lies within these ranges", "widen --nd or --vd"));
+    }
     if as_json {
         let row = |g: &Glass| {
             let range = [g.ior.range_nm.0, g.ior.range_nm.1];

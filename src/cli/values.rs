@@ -89,6 +89,13 @@ pub fn region(text: &str) -> Result<Region, String> {
     }
 }
 
+/// Two numbers, as 1.5..1.9.
+pub fn range(text: &str) -> Result<(f64, f64), String> {
+    let ends = text.split_once("..").and_then(|(lo, hi)| Some((lo.trim().parse().ok()?, hi.trim().parse().ok()?)));
+    ends.filter(|(lo, hi): &(f64, f64)| lo <= hi)
+        .ok_or_else(|| "this is no range; write two numbers, the smaller first, as 1.5..1.9".into())
+}
+
 /// A path of an SVG file.
 pub fn svg(text: &str) -> Result<PathBuf, String> {
     with_ending(text, "svg")

@@ -174,7 +174,8 @@ fn of_sensor(sensor: &Sensor, film: &FilmSettings) -> (Patch, DVec3) {
 
 fn of_light(light: &Light) -> Option<(Patch, DVec3)> {
     let place = light.placement()?;
-    let patch = if place.radius > 0.0 { Patch::disc(place.position, place.axis, place.radius) } else { Patch::point(place.position) };
+    let patch =
+        if place.radius > 0.0 { Patch::disc(place.position, place.axis, place.radius) } else { Patch::point(place.position) };
     Some((patch, if place.is_even() { ABOVE } else { place.axis }))
 }
 

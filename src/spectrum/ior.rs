@@ -1,4 +1,6 @@
-//! Index of refraction as a function of wavelength: dispersion formulas, their ranges, and what can go wrong with them.
+//! Index of refraction as a function of wavelength: a dispersion formula, its range, and what can go wrong with it.
+
+use super::formula::Formula;
 
 /// Fraunhofer's d line (He), nm in air.
 pub const LINE_D_NM: f64 = 587.5618;
@@ -9,58 +11,6 @@ pub const LINE_C_NM: f64 = 656.2725;
 
 /// Wavelengths at which a range is looked at. Away from poles the formulas are smooth, so a dip between samples this dense is shallower than any real glass.
 const SAMPLES: u32 = 2000;
-
-/// A dispersion formula. Wavelengths `l` are um in air; coefficients as printed by catalogues and refractiveindex.info ("Dispersion formulas",
-/// numbered there as given).
-#[derive(Debug, Clone, PartialEq)]
-pub enum Formula {
-    /// No dispersion.
-    Constant(f64),
-    /// `n^2 = 1 + a0 + sum b l^2 / (l^2 - c)` (formulas 1 and 2).
-    Sellmeier {
-        /// Constant term, mostly 0.
-        a0: f64,
-        /// Strengths.
-        b: Vec<f64>,
-        /// Squared resonance wavelengths, um^2; as many as `b`.
-        c_um2: Vec<f64>,
-    },
-    /// `n^2 = c0 + sum c l^e` (formula 3); a Schott power series has exponents 2, -2, -4, -6, -8.
-    Polynomial {
-        /// Constant term.
-        c0: f64,
-        /// Pairs of coefficient and exponent.
-        terms: Vec<[f64; 2]>,
-    },
-    /// `n = A + B / l^2 + C / l^4 + ...` (formula 5 with even exponents).
-    Cauchy {
-        /// A, B (um^2), C (um^4), ...
-        coef_um: Vec<f64>,
-    },
-    /// `n = nd + (nd - 1) / vd (523655 nm^2 / l^2 - 1.5168)` (glTF's KHR_materials_dispersion); no dispersion for infinite `vd`.
-    AbbeNumber {
-        /// Index at the d line.
-        nd: f64,
-        /// Abbe number (nd - 1) / (nF - nC).
-        vd: f64,
-    },
-    /// `n = 1 + a0 + sum b / (c - l^-2)` (formula 6).
-    Gas {
-        /// Constant term, mostly 0.
-        a0: f64,
-        /// Strengths, um^-2.
-        b: Vec<f64>,
-        /// Squared resonance wave numbers, um^-2; as many as `b`.
-        c: Vec<f64>,
-    },
-    /// Linear between points.
-    Table {
-        /// Wavelengths, nm, strictly increasing.
-        nm: Vec<f64>,
-        /// Indices; as many as `nm`.
-        n: Vec<f64>,
-    },
-}
 
 /// Index of refraction relative to air, over wavelengths in nm in air.
 ///
@@ -125,32 +75,7 @@ impl Ior {
     /// [`Ior::check_range`] finds such wavelengths first.
     pub fn eval(&self, nm: f64) -> f64 {
         let nm = if self.extrapolate { nm } else { nm.max(self.range_nm.0).min(self.range_nm.1) };
-        match &self.formula {
-            Formula::Constant(n) => *n,
-            Formula::Cauchy { coef_um } => {
-                let inv_l2 = 1e6 / (nm * nm);
-                coef_um.iter().rev().fold(0.0, |sum, c| sum * inv_l2 + c)
-            }
-            Formula::AbbeNumber { nd, vd } => nd + (nd - 1.0) / vd * (523_655.0 / (nm * nm) - 1.5168),
-            Formula::Gas { a0, b, c } => {
-                let inv_l2 = 1e6 / (nm * nm);
-                1.0 + a0 + b.iter().zip(c).map(|(b, c)| b / (c - inv_l2)).sum::<f64>()
-            }
-            Formula::Table { nm: x, n } => interpolate_linear(x, n, nm),
-            Formula::Sellmeier { .. } | Formula::Polynomial { .. } => self.squared(nm).sqrt(),
-        }
-    }
-
-    /// n^2 at `nm`, of the formulas that give it.
-    fn squared(&self, nm: f64) -> f64 {
-        let l = nm * 1e-3;
-        match &self.formula {
-            Formula::Sellmeier { a0, b, c_um2 } => {
-                1.0 + a0 + b.iter().zip(c_um2).map(|(b, c)| b * l * l / (l * l - c)).sum::<f64>()
-            }
-            Formula::Polynomial { c0, terms } => c0 + terms.iter().map(|[c, e]| c * l.powf(*e)).sum::<f64>(),
-            _ => self.eval(nm).powi(2),
-        }
+        self.formula.eval(nm)
     }
 
     /// Whether the index can be used over all of `[lo, hi]` nm: inside the range (unless `extrapolate`), without a pole, real, finite, positive.
@@ -164,7 +89,7 @@ impl Ior {
             ));
         }
         let remedy = "correct the coefficients (wavelengths in um) or narrow the film's range";
-        if let Some(pole) = self.poles_nm().into_iter().find(|p| (lo..=hi).contains(p)) {
+        if let Some(pole) = self.formula.poles_nm().into_iter().find(|p| (lo..=hi).contains(p)) {
             return Err(format!("the dispersion formula has a pole at {pole:.2} nm, between {lo} and {hi} nm; {remedy}"));
         }
         for i in 0..=SAMPLES {
@@ -175,19 +100,6 @@ impl Ior {
             }
         }
         Ok(())
-    }
-
-    /// Wavelengths where the formula is infinite, nm.
-    fn poles_nm(&self) -> Vec<f64> {
-        match &self.formula {
-            Formula::Sellmeier { b, c_um2, .. } => {
-                b.iter().zip(c_um2).filter(|(b, c)| **b != 0.0 && **c > 0.0).map(|(_, c)| c.sqrt() * 1e3).collect()
-            }
-            Formula::Gas { b, c, .. } => {
-                b.iter().zip(c).filter(|(b, c)| **b != 0.0 && **c > 0.0).map(|(_, c)| 1e3 / c.sqrt()).collect()
-            }
-            _ => Vec::new(),
-        }
     }
 
     /// Whether a surface between the two does nothing to light of `[lo, hi]` nm: they differ by at most 1e-6 of their value, some roundings of single
@@ -204,20 +116,7 @@ impl Ior {
         if lo == hi || (!self.extrapolate && (hi <= min || lo >= max)) {
             return true;
         }
-        let zero = |v: &[f64]| v.iter().all(|&x| x == 0.0);
-        match &self.formula {
-            Formula::Constant(_) => true,
-            // A term with c = 0 is b l^2 / l^2.
-            Formula::Sellmeier { b, c_um2, .. } => b.iter().zip(c_um2).all(|(&b, &c)| b == 0.0 || c == 0.0),
-            Formula::Polynomial { terms, .. } => terms.iter().all(|&[c, e]| c == 0.0 || e == 0.0),
-            Formula::Cauchy { coef_um } => zero(coef_um.get(1..).unwrap_or_default()),
-            Formula::AbbeNumber { nd, vd } => *nd == 1.0 || vd.is_infinite(),
-            Formula::Gas { b, .. } => zero(b),
-            Formula::Table { nm, n } => {
-                // Every segment that overlaps the interval must be flat.
-                nm.windows(2).zip(n.windows(2)).all(|(x, y)| y[0] == y[1] || x[1] <= lo || x[0] >= hi)
-            }
-        }
+        self.formula.is_constant_over(lo, hi)
     }
 
     /// Index at the d line, 587.5618 nm.
@@ -254,17 +153,6 @@ impl Ior {
         let fit = Ior::cauchy(&coefs);
         let max_err = grid.iter().map(|&nm| (fit.eval(nm) - self.eval(nm)).abs()).fold(0.0, f64::max);
         (coefs, max_err)
-    }
-}
-
-/// Linear between points, the end values (not slopes) held outside; a formula's `extrapolate` makes no sense for measured points.
-fn interpolate_linear(x: &[f64], y: &[f64], at: f64) -> f64 {
-    let hi = x.partition_point(|&a| a <= at);
-    match (hi, x.len().min(y.len())) {
-        (_, 0) => f64::NAN,
-        (0, _) => y[0],
-        (hi, n) if hi >= n => y[n - 1],
-        (hi, _) => y[hi - 1] + (at - x[hi - 1]) / (x[hi] - x[hi - 1]) * (y[hi] - y[hi - 1]),
     }
 }
 

@@ -2,14 +2,30 @@
 //!
 //! Every file opens with `#` lines that say its source, licence, units and range. Below stand blocks, each begun by `name NAME`: lines that
 //! start with a number are rows of a table; in glasses, `also NAME` is another name, `range LO HI` nm, `formula WORD NUMBERS...` as
-//! [`Formula`] has them, `n NM N` and `k NM K` table rows. Names are looked up without regard to case.
+//! [`Formula`] has them or by their number at refractiveindex.info, `n NM N` and `k NM K` table rows, `source` what the head says of all else. Names are
+//! looked up without regard to case. Glasses and metals that the shelves do not have are looked for in refractiveindex.info's database, which is
+//! compressed, and there named MAKER/GLASS or SUBSTANCE/AUTHOR.
 
-use super::ior::{Formula, Ior};
-use super::{Spectrum, unit_problem};
+use super::Spectrum;
+use super::{Formula, Ior};
+use crate::error::{quoted, suggest};
+use flate2::read::GzDecoder;
 use include_dir::{Dir, DirEntry, include_dir};
 use std::collections::HashMap;
 use std::f64::consts::PI;
+use std::io::Read;
 use std::sync::OnceLock;
+
+/// Words of people for kinds of glass, and what to write in their place.
+const GLASS_KINDS: &[(&str, &str)] = &[
+    ("crown", "crowns are glasses of low dispersion (V_d above 50): write \"N-BK7\", the usual one, or \"N-K5\""),
+    ("flint", "flints are glasses of high dispersion (V_d below 50): write \"F2\", or denser \"SF10\" or \"N-SF11\""),
+    ("crystal glass", "lead crystal is a flint: write \"F2\" or \"SF10\""),
+    ("glass", "write the name of a kind: \"N-BK7\" is the usual optical glass, \"B270\" is window glass"),
+];
+
+/// Extinction coefficients of what can be called transparent: 1/e behind 0.1 mm.
+const MOST_TRANSPARENT: f64 = 5e-4;
 
 static FILES: Dir = include_dir!("$CARGO_MANIFEST_DIR/spectra");
 
@@ -64,27 +80,39 @@ pub fn observer(observer: Observer) -> &'static Cmf {
 
 /// Index of refraction of a glass, crystal or liquid, relative to air, over the range its source gives.
 pub fn glass(name: &str) -> Option<Ior> {
-    SHELVES[1].get(name).and_then(Entry::ior)
+    glass_entry(name).and_then(Entry::ior)
+}
+
+/// The name of [`glass_names`] that a name stands for.
+pub fn glass_name(name: &str) -> Option<&'static str> {
+    glass_entry(name)?.names.iter().find(|known| fold(known) == fold(name)).map(String::as_str)
 }
 
 /// What the head of a glass's file says: pairs of a word (`title`, `source`, `licence`, `units`, `comment`, ...) and a text, in the file's
 /// order; a word may come twice.
 pub fn glass_head(name: &str) -> Option<&'static [(String, String)]> {
-    SHELVES[1].get(name).map(|entry| entry.head.as_slice())
+    glass_entry(name).map(|entry| entry.head.as_slice())
 }
 
 /// Absorption coefficient 4 pi k / lambda of a material that [`glass`] knows, m^-1; `None` too where its file has no k. Schott's and most other
 /// tables are of samples centimetres thick and coarse; end values are held outside.
 pub fn glass_absorption(name: &str) -> Option<Spectrum> {
-    let points = SHELVES[1].get(name)?.points("k");
+    let points = glass_entry(name)?.points("k");
     let (nm, values): (Vec<f64>, Vec<f64>) = points.into_iter().map(|[nm, k]| (nm, 4.0 * PI * k / (nm * 1e-9))).unzip();
     (!nm.is_empty()).then_some(Spectrum::Table { nm, values, extend: true })
 }
 
 /// Real and imaginary part (n, k) of the index of a metal; end values are held outside the measured range.
 pub fn metal(name: &str) -> Option<(Spectrum, Spectrum)> {
-    let entry = SHELVES[2].get(name)?;
-    Some((entry.column(1, true), entry.column(2, true)))
+    if let Some(entry) = SHELVES[2].get(name) {
+        return Some((entry.column(1, true), entry.column(2, true)));
+    }
+    let entry = SHELVES[5].get(name)?;
+    let [n, k] = ["n", "k"].map(|word| {
+        let (nm, values): (Vec<f64>, Vec<f64>) = entry.points(word).into_iter().map(|[nm, v]| (nm, v)).unzip();
+        (!nm.is_empty()).then_some(Spectrum::Table { nm, values, extend: true })
+    });
+    n.zip(k)
 }
 
 /// Relative spectral power of a CIE illuminant, as the CIE prints it (A and the D series are 100 at 560 nm, the others are not); 0 outside
@@ -98,9 +126,34 @@ pub fn reflectance(name: &str) -> Option<Spectrum> {
     SHELVES[4].get(name).map(|entry| entry.column(1, true))
 }
 
-/// Every name that [`glass`] knows, other names included.
+/// Every name that [`glass`] knows, other names included, those of the database last.
 pub fn glass_names() -> Vec<&'static str> {
-    SHELVES[1].names()
+    let database = SHELVES[5].content().0.iter().filter(|entry| entry.is_transparent());
+    let more = database.flat_map(|entry| entry.names.iter().map(String::as_str));
+    SHELVES[1].names().into_iter().chain(more).collect()
+}
+
+/// The full names of all glasses of the database that their makers call so: a name that several have is nobody's.
+fn glasses_called(name: &str) -> Vec<&'static str> {
+    let called = |full: &&str| full.split_once('/').is_some_and(|(_, own)| fold(own) == fold(name));
+    SHELVES[5].names().into_iter().filter(called).collect()
+}
+
+/// Problem and remedy of a name that no glass has, or several.
+pub fn unknown_glass(name: &str) -> (String, String) {
+    let makers = glasses_called(name);
+    if !makers.is_empty() {
+        let written: Vec<String> = makers.iter().map(|full| quoted(full)).collect();
+        return (format!("several makers have a glass {}", quoted(name)), format!("write {}", written.join(" or ")));
+    }
+    let lower = name.to_lowercase();
+    let kind = GLASS_KINDS.iter().find(|(word, _)| lower.contains(word));
+    let remedy = kind.map_or_else(|| suggest(name, glass_names()), |(_, remedy)| remedy.to_string());
+    (format!("unknown glass {}", quoted(name)), remedy)
+}
+
+fn glass_entry(name: &str) -> Option<&'static Entry> {
+    SHELVES[1].get(name).or_else(|| SHELVES[5].get(name).filter(|entry| entry.is_transparent()))
 }
 
 /// Every name that [`metal`] knows, other names included.
@@ -124,8 +177,14 @@ struct Shelf {
     content: OnceLock<(Vec<Entry>, HashMap<String, usize>)>,
 }
 
-static SHELVES: [Shelf; 5] =
-    [Shelf::new("observer"), Shelf::new("glass"), Shelf::new("metal"), Shelf::new("illuminant"), Shelf::new("reflectance")];
+static SHELVES: [Shelf; 6] = [
+    Shelf::new("observer"),
+    Shelf::new("glass"),
+    Shelf::new("metal"),
+    Shelf::new("illuminant"),
+    Shelf::new("reflectance"),
+    Shelf::new("database"),
+];
 
 impl Shelf {
     const fn new(folder: &'static str) -> Self {
@@ -169,7 +228,14 @@ fn read_folder(dir: &Dir, entries: &mut Vec<Entry>) {
         match item {
             DirEntry::Dir(sub) => read_folder(sub, entries),
             DirEntry::File(file) => {
-                let text = file.contents_utf8().unwrap_or_default();
+                let mut unpacked = String::new();
+                let text = match file.contents_utf8() {
+                    Some(text) => text,
+                    None => match GzDecoder::new(file.contents()).read_to_string(&mut unpacked) {
+                        Ok(_) => &unpacked,
+                        Err(e) => panic!("spectra/{}: {e}", file.path().display()),
+                    },
+                };
                 let read = parse_entries(text).unwrap_or_else(|problem| panic!("spectra/{}: {problem}", file.path().display()));
                 entries.extend(read);
             }
@@ -204,6 +270,8 @@ fn parse_entries(text: &str) -> Result<Vec<Entry>, String> {
         let entry = entries.last_mut().ok_or("a file begins with a name")?;
         if word == "also" {
             entry.names.push(rest.to_string());
+        } else if word == "source" {
+            entry.head.push((word.to_string(), rest.to_string()));
         } else if word.starts_with(|c: char| c.is_ascii_digit()) {
             entry.rows.push(numbers(line).ok_or_else(|| format!("\"{line}\" is no row of numbers"))?);
         } else {
@@ -223,6 +291,11 @@ fn numbers(text: &str) -> Option<Vec<f64>> {
 }
 
 impl Entry {
+    /// False for metals and what else the visible cannot pass through.
+    fn is_transparent(&self) -> bool {
+        self.points("k").iter().all(|[nm, k]| !(400.0..=700.0).contains(nm) || *k < MOST_TRANSPARENT)
+    }
+
     /// The rest of the first line that begins with `word`.
     fn line(&self, word: &str) -> Option<&str> {
         self.lines.iter().find(|(w, _)| w == word).map(|(_, rest)| rest.as_str())
@@ -250,12 +323,15 @@ impl Entry {
         let first = c.first().copied();
         let pairs = || -> (Vec<f64>, Vec<f64>) { c[1..].chunks_exact(2).map(|p| (p[0], p[1])).unzip() };
         let formula = match (word, first) {
+            (number, Some(_)) if number.starts_with(|c: char| c.is_ascii_digit()) => {
+                Formula::numbered(number.parse().ok()?, &c).ok()?
+            }
             ("constant", Some(n)) => Formula::Constant(n),
             ("sellmeier", Some(a0)) => {
                 let (b, c_um2) = pairs();
                 Formula::Sellmeier { a0, b, c_um2 }
             }
-            ("polynomial", Some(c0)) => Formula::Polynomial { c0, terms: c[1..].chunks_exact(2).map(|p| [p[0], p[1]]).collect() },
+            ("polynomial", Some(_)) => Formula::numbered(3, &c).ok()?,
             ("cauchy", Some(_)) => Formula::Cauchy { coef_um: c },
             ("gas", Some(a0)) => {
                 let (b, c) = pairs();
@@ -268,51 +344,5 @@ impl Entry {
             _ => return None,
         };
         Some(Ior { formula, range_nm: (min, max), extrapolate: false })
-    }
-}
-
-/// A spectrum from a user's file: one `nm value` per line, separated by blanks, a comma, a semicolon or a tab, wavelengths strictly increasing. In a
-/// line with a semicolon commas are decimal.
-/// Empty lines, what follows `#` or `//`, and one heading line are passed over. The table holds its end values outside (`extend`).
-///
-/// Errors name the line and what is wrong with it.
-pub fn parse_spectrum_text(text: &str) -> Result<Spectrum, String> {
-    let (mut nm, mut values): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-    let mut heading_seen = false;
-    for (i, line) in text.replace("\r\n", "\n").split(['\n', '\r']).enumerate() {
-        let line = line.trim_start_matches('\u{feff}');
-        let line = line.split('#').next().unwrap_or_default().split("//").next().unwrap_or_default();
-        // Where semicolons separate, commas are decimal: so write spreadsheets in half of the world.
-        let (line, separators) =
-            if line.contains(';') { (line.replace(',', "."), [' ', '\t', ';']) } else { (line.to_string(), [' ', '\t', ',']) };
-        let fields: Vec<&str> = line.split(separators).map(|f| f.trim().trim_matches('"')).filter(|f| !f.is_empty()).collect();
-        if fields.is_empty() {
-            continue;
-        }
-        let parsed: Vec<Option<f64>> = fields.iter().map(|f| f.parse().ok()).collect();
-        if nm.is_empty() && !heading_seen && parsed.iter().all(Option::is_none) {
-            heading_seen = true;
-            continue;
-        }
-        let at = i + 1;
-        let [Some(x), Some(y)] = parsed[..] else {
-            let shown: String = line.trim().chars().take(40).collect();
-            return Err(format!("line {at}: \"{shown}\" is not a wavelength and a value"));
-        };
-        if !(x.is_finite() && x > 0.0 && y.is_finite()) {
-            return Err(format!("line {at}: {x} nm with value {y} is not finite and positive in wavelength"));
-        }
-        if let Some(&last) = nm.last().filter(|&&last| x <= last) {
-            return Err(format!("line {at}: {x} nm follows {last} nm; wavelengths must increase"));
-        }
-        nm.push(x);
-        values.push(y);
-    }
-    match (nm.first(), nm.last()) {
-        (Some(first), Some(last)) => match unit_problem(*first, *last) {
-            Some(problem) => Err(problem),
-            None => Ok(Spectrum::Table { nm, values, extend: true }),
-        },
-        _ => Err("no \"nm value\" line in the file".into()),
     }
 }

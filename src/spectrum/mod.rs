@@ -1,12 +1,16 @@
 //! Spectra and indices of refraction as functions of wavelength in nm (in air), and the library of measured data they come from.
 
 mod bins;
+pub mod catalogue;
+mod formula;
 mod ior;
 pub mod library;
+pub mod measured;
 mod units;
 
 pub use bins::Bins;
-pub use ior::{Formula, Ior, LINE_C_NM, LINE_D_NM, LINE_F_NM};
+pub use formula::Formula;
+pub use ior::{Ior, LINE_C_NM, LINE_D_NM, LINE_F_NM};
 pub use units::unit_problem;
 
 /// A function of wavelength.

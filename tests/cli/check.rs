@@ -27,12 +27,9 @@ fn a_new_scene_has_its_name_and_comments_is_good_and_renders() {
 fn check_says_what_will_be_rendered_and_what_is_wrong() {
     let folder = Folder::new("check");
     let good = text(&folder.run(&["check", "ball.json"]).stdout);
-    for part in [
-        "8 x 6 pixels of 4 bins, 380 to 780 nm, pinhole camera",
-        "light: constant environment",
-        "caustics: none",
-        "no warnings",
-    ] {
+    for part in
+        ["8 x 6 pixels of 4 bins, 380 to 780 nm, pinhole camera", "light: constant environment", "caustics: none", "no warnings"]
+    {
         assert!(good.contains(part), "no '{part}' in {good}");
     }
     let glass = r#"{"camera": {"perspective": {"eye": [0, 1, 4], "target": [0, 0, 0], "vfov_deg": 40}},

@@ -32,6 +32,7 @@ enum Kind {
     Environment,
     Texture,
     Spectrum,
+    Glass,
     Profile,
     Exr,
 }
@@ -52,6 +53,13 @@ const CORPUS: &[(&str, Kind)] = &[
     ("tests/data/scenes/sky.png", Kind::Environment),
     ("tests/data/scenes/sky.png", Kind::Texture),
     ("tests/data/scenes/ramp.csv", Kind::Spectrum),
+    ("tests/data/measured/lamp.spdx", Kind::Spectrum),
+    ("tests/data/measured/lamp.sp", Kind::Spectrum),
+    ("tests/data/measured/ocean.txt", Kind::Spectrum),
+    ("tests/data/measured/f2.yml", Kind::Glass),
+    ("tests/data/measured/nk.yml", Kind::Glass),
+    ("tests/data/measured/rii.csv", Kind::Glass),
+    ("tests/data/measured/formulas.agf", Kind::Glass),
     ("tests/data/scenes/lamp.ies", Kind::Profile),
     ("tests/data/fichet_emissive_20.exr", Kind::Exr),
     ("tests/data/fichet_reflective_20.exr", Kind::Exr),
@@ -98,6 +106,12 @@ fn read(kind: Kind, bytes: &[u8], folder: &Path, name: &str) -> bool {
                "shapes": [{{"quad": {{"corner": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}}, "material": "m"}}]"#
         )),
         Kind::Spectrum => within(&format!(r#""lights": [{{"constant": {{"radiance": {{"file": "{name}"}}}}}}]"#)),
+        Kind::Glass => {
+            let which = if name.ends_with(".agf") { r#", "name": "F2""# } else { "" };
+            within(&format!(
+                r#""materials": {{"m": {{"dielectric": {{"ior": {{"file": "{name}", "extrapolate": true{which}}}, "absorption": "catalogue"}}}}}}"#
+            ))
+        }
         Kind::Profile => {
             within(&format!(r#""lights": [{{"spot": {{"position": [0, 0, 0], "direction": [0, -1, 0], "profile": "{name}"}}}}]"#))
         }

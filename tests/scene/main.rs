@@ -7,6 +7,7 @@ mod grain;
 mod instances;
 mod khronos;
 mod malformed;
+mod measured;
 mod profiles;
 mod sheen;
 mod spectra;

@@ -167,7 +167,7 @@ const CASES: &[(&str, &str, &str, &str)] = &[
         "materials",
         r#"{"m": {"diffuse": {"reflectance": {"file": "bad.csv"}}}}"#,
         "$.materials.m.diffuse.reflectance.file",
-        "wavelengths increasing",
+        "write one",
     ),
     (
         "materials",

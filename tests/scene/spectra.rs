@@ -1,8 +1,10 @@
 //! The spectra library: indices of refraction against the makers' and refractiveindex.info's values, and what happens to bad input.
 
 use abbe::spectrum::library::{self, Observer};
-use abbe::spectrum::{Formula, Ior, Spectrum};
+use abbe::spectrum::{Formula, Ior};
+use flate2::read::GzDecoder;
 use serde_json::Value;
+use std::io::Read;
 
 fn reference() -> Value {
     serde_json::from_str(include_str!("../data/glass.json")).expect("glass.json is JSON")
@@ -108,7 +110,7 @@ fn poles_and_impossible_indices_are_refused() {
         (Ior::cauchy(&[-1.0, 0.01]), "no positive index"),
         (Ior::cauchy(&[]), "no positive index"),
         (Ior::new(Formula::Gas { a0: 0.0, b: vec![0.1], c: vec![4.0] }), "pole at 500.00"),
-        (Ior::new(Formula::Polynomial { c0: 2.0, terms: vec![[-10.0, 2.0]] }), "no positive index"),
+        (Ior::new(Formula::Polynomial { c0: 2.0, resonances: vec![], terms: vec![[-10.0, 2.0]] }), "no positive index"),
     ] {
         let message = ior.check_range(380.0, 780.0).expect_err("a bad formula");
         assert!(message.contains(word) && message.contains("; "), "{ior:?}: {message}");
@@ -126,7 +128,7 @@ fn constancy_is_exact() {
     assert!(constant(&Ior::constant(1.5)));
     assert!(constant(&Ior::sellmeier(&[1.25, 0.0], &[0.0, 0.01])));
     assert!(constant(&Ior::cauchy(&[1.5, 0.0])));
-    assert!(constant(&Ior::new(Formula::Polynomial { c0: 2.0, terms: vec![[0.25, 0.0], [0.0, 2.0]] })));
+    assert!(constant(&Ior::new(Formula::Polynomial { c0: 2.0, resonances: vec![], terms: vec![[0.25, 0.0], [0.0, 2.0]] })));
     assert!(!constant(&Ior::cauchy(&[1.5, 1e-300])));
     assert!(!constant(&Ior::sellmeier(&[1.25, 1e-12], &[0.0, 0.01])));
     assert!(!constant(&library::glass("N-BK7").expect("N-BK7")));
@@ -137,8 +139,11 @@ fn constancy_is_exact() {
 #[test]
 fn every_glass_of_the_library_is_physical_over_its_range() {
     let names = library::glass_names();
-    assert!(names.len() > 150, "{} names", names.len());
-    for name in names {
+    assert!(names.len() > 3000, "{} names", names.len());
+    // Those of the database are held to its package.
+    for name in
+        names.into_iter().filter(|name| library::glass_head(name).is_some_and(|head| head.iter().any(|(w, _)| w == "title")))
+    {
         let ior = library::glass(name).unwrap_or_else(|| panic!("{name} has no index"));
         let (lo, hi) = (ior.range_nm.0.max(380.0), ior.range_nm.1.min(780.0));
         ior.check_range(lo, hi).unwrap_or_else(|problem| panic!("{name}: {problem}"));
@@ -202,7 +207,12 @@ fn every_data_file_says_its_source_licence_units_and_range() {
                 walk(&path, count);
                 continue;
             }
-            let text = std::fs::read_to_string(&path).expect("a text");
+            let bytes = std::fs::read(&path).expect("a file");
+            let mut text = String::new();
+            match path.extension().is_some_and(|e| e == "gz") {
+                true => GzDecoder::new(&bytes[..]).read_to_string(&mut text).expect("a text"),
+                false => (&bytes[..]).read_to_string(&mut text).expect("a text"),
+            };
             for word in ["# source: ", "# licence: ", "# units: ", "range"] {
                 assert!(text.contains(word), "{} lacks \"{word}\"", path.display());
             }
@@ -230,36 +240,4 @@ fn illuminants_and_reflectances_are_found_by_name() {
     assert!((0.0..0.1).contains(&dark.eval(450.0)) && dark.eval(700.0) > dark.eval(450.0));
     let cmf = library::observer(Observer::Cie1931);
     assert_eq!((cmf.nm.len(), cmf.eval(555.0)[1], cmf.eval(359.9), cmf.eval(830.1)), (471, 1.0, [0.0; 3], [0.0; 3]));
-}
-
-#[test]
-fn spectrum_files_are_read_or_refused_by_line() {
-    let expected = Spectrum::Table { nm: vec![400.0, 500.5], values: vec![1.0, 2e-3], extend: true };
-    for text in [
-        "400 1\n500.5 2e-3\n",
-        "# head\n400,1\r\n500.5,2e-3",
-        "nm;value\n400;1 // first\n\n500.5;2e-3\n",
-        "\u{feff}400\t1\n500.5\t 2e-3",
-        "nm;W/m2\r400;1,0\r500,5;0,002\r",
-    ] {
-        assert_eq!(library::parse_spectrum_text(text).as_ref(), Ok(&expected), "{text:?}");
-    }
-    for (text, word) in [
-        ("", "no \"nm value\" line"),
-        ("# only this", "no \"nm value\" line"),
-        ("400 1\n400 2", "line 2: 400 nm follows 400 nm"),
-        ("500 1\n400 2", "line 2"),
-        ("400 1\n500 nan", "line 2"),
-        ("inf 1", "line 1"),
-        ("-400 1", "line 1"),
-        ("400", "line 1"),
-        ("400 1\r\n500 2\r\nx", "line 3"),
-        ("0.4 1\n0.7 1", "micrometres"),
-        ("400 1 2", "line 1"),
-        ("a b\nc d", "line 2"),
-        ("400 1\nx y", "line 2"),
-    ] {
-        let message = library::parse_spectrum_text(text).expect_err(text);
-        assert!(message.contains(word), "{text:?}: {message}");
-    }
 }

@@ -72,7 +72,7 @@ const KEYS: Keys = &[
     ("relit", &["intensity", "irradiance", "profile", "rotate_deg"]),
     ("emission", &["radiance", "two_sided"]),
     ("transform", &["scale", "axis", "rotate_deg", "translate", "matrix"]),
-    ("spectrum", &["file", "illuminant", "blackbody", "line", "band", "srgb", "linear_rgb", "reflectance", "scale"]),
+    ("spectrum", &["file", "column", "illuminant", "blackbody", "line", "band", "srgb", "linear_rgb", "reflectance", "scale"]),
     ("texture", &["texture", "tiles", "wrap", "filter", "linear", "scale"]),
     ("line", &["nm", "width", "power"]),
     ("band", &["nm", "width", "value"]),
@@ -88,7 +88,7 @@ const KEYS: Keys = &[
             "power_W",
         ],
     ),
-    ("ior", &["glass", "sellmeier", "cauchy", "nd", "abbe", "table", "range_nm", "extrapolate"]),
+    ("ior", &["glass", "file", "name", "relative_to", "sellmeier", "cauchy", "nd", "abbe", "table", "range_nm", "extrapolate"]),
     ("sellmeier", &["b", "c_um2"]),
 ];
 

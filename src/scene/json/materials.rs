@@ -339,13 +339,26 @@ fn absorption_of(loader: &Loader, node: &Node, ior: Option<&Node>) -> Result<Spe
         return loader.reader.spectrum(node, Place::Coefficient);
     }
     node.choice(&["catalogue"])?;
+    if let Some((ior, file)) = ior.and_then(|ior| Some((ior, ior.get("file")?))) {
+        let spectrum = loader.reader.glass_file(ior, &file)?.absorption();
+        return known_absorption(loader, node, spectrum, &file);
+    }
     let name = ior.map(|ior| ior.get("glass").unwrap_or_else(|| ior.clone()));
-    let Some(name) = name.as_ref().and_then(|name| name.value.as_str()) else {
+    let Some(at) = name.filter(|name| name.value.is_string()) else {
         return Err(node.fail("the glass has no name to look up", "name the glass, or give the absorption in m^-1"));
     };
-    let found = library::glass_absorption(name);
-    let spectrum =
-        found.ok_or_else(|| node.fail(format!("no absorption is known of {}", quoted(name)), "give the absorption in m^-1"))?;
+    known_absorption(loader, node, library::glass_absorption(at.string()?), &at)
+}
+
+/// The absorption that is known of the glass that `glass` names.
+fn known_absorption(loader: &Loader, node: &Node, found: Option<Spectrum>, glass: &Node) -> Result<Spectrum> {
+    let unknown = || {
+        node.fail(
+            format!("no absorption is known of {}", quoted(glass.string().unwrap_or_default())),
+            "give the absorption in m^-1",
+        )
+    };
+    let spectrum = found.ok_or_else(unknown)?;
     loader.reader.check(node, &spectrum, Place::Coefficient)?;
     loader.reader.note_held(node, &spectrum);
     Ok(spectrum)

@@ -7,7 +7,9 @@ use crate::scene::json::Node;
 use crate::scene::json::files::Files;
 use crate::scene::json::keys::SPECTRA;
 use crate::scene::json::remarks::Remarks;
-use crate::spectrum::{Ior, LINE_C_NM, LINE_F_NM, Spectrum, library, unit_problem};
+use crate::spectrum::catalogue::{self, Glass};
+use crate::spectrum::measured::{self, Series};
+use crate::spectrum::{Formula, Ior, LINE_C_NM, LINE_F_NM, Spectrum, library, unit_problem};
 use serde_json::Value;
 
 /// What a spectrum stands for, which decides the values it may have and how RGB is turned into it.
@@ -112,15 +114,13 @@ impl SpectrumReader {
     fn named(&self, node: &Node, place: Place) -> Result<Spectrum> {
         node.object("spectrum")?;
         let (kind, inner) = node.one_of(SPECTRA)?;
+        if let Some(column) = node.get("column").filter(|_| kind != "file") {
+            return Err(column.fail("\"column\" belongs to \"file\"", "remove it"));
+        }
         let spectrum = match kind {
             "file" => {
-                let (_, bytes) = self.files.read(&inner)?;
-                let parsed = library::parse_spectrum_text(&String::from_utf8_lossy(&bytes));
-                let spectrum = parsed.map_err(|problem| {
-                    let name = inner.string().unwrap_or_default();
-                    inner.fail(format!("{}: {problem}", quoted(name)), "write one \"nm value\" per line, wavelengths increasing")
-                })?;
-                held_outside(spectrum, place)
+                let series = self.measured(&inner, node.get("column"))?;
+                series.spectrum(place != Place::Light)
             }
             "illuminant" => {
                 let name = inner.string()?;
@@ -155,6 +155,25 @@ impl SpectrumReader {
             Some(scale) => spectrum.scaled(scale.non_negative()?),
             None => spectrum,
         })
+    }
+
+    /// The series of this name, or the only one, of the file that a node names; small noise below 0 is taken as 0.
+    fn measured(&self, file: &Node, column: Option<Node>) -> Result<Series> {
+        let (_, bytes) = self.files.read(file)?;
+        let name = column.as_ref().map(Node::string).transpose()?;
+        let chosen = measured::read(&bytes).map_err(|problem| {
+            let remedy = "write one \"nm value\" per line, or use a file of a spectrometer, CGATS or IES TM-27";
+            file.fail(format!("{}: {problem}", quoted(file.string().unwrap_or_default())), remedy)
+        })?;
+        let mut series = measured::choose(chosen, name).map_err(|message| {
+            let (problem, remedy) = message.split_once("; ").unwrap_or((&message, "mend the file"));
+            column.as_ref().unwrap_or(file).fail(problem, remedy)
+        })?;
+        match series.without_noise() {
+            0 => {}
+            count => self.remarks.note(file, &format!("{count} values a little below 0 are taken as noise, and as 0")),
+        }
+        Ok(series)
     }
 
     /// Values between all points where a spectrum may turn are bounded by those at the points: only they and a 1 nm grid are looked at.
@@ -200,7 +219,7 @@ impl SpectrumReader {
         let ior = match node.value {
             Value::Number(_) => Ior::constant(node.within(0.1, 10.0)?),
             Value::String(_) => glass(node)?,
-            Value::Object(_) => ior_object(node)?,
+            Value::Object(_) => self.ior_object(node)?,
             _ => {
                 return Err(node.fail(
                     "this is no index of refraction",
@@ -259,13 +278,6 @@ fn unknown(node: &Node, what: &str, name: &str, known: &[&str]) -> crate::Error 
     node.fail(format!("unknown {what} {}", quoted(name)), suggest(name, known.iter().copied()))
 }
 
-fn held_outside(spectrum: Spectrum, place: Place) -> Spectrum {
-    match spectrum {
-        Spectrum::Table { nm, values, .. } => Spectrum::Table { nm, values, extend: place != Place::Light },
-        other => other,
-    }
-}
-
 /// `[[nm, value], ...]`, at least two, with strictly increasing wavelengths.
 fn points(node: &Node) -> Result<Vec<(f64, f64)>> {
     let mut points: Vec<(f64, f64)> = Vec::new();
@@ -321,53 +333,78 @@ fn rgb(node: &Node, encoded: bool, place: Place) -> Result<Spectrum> {
 
 fn glass(node: &Node) -> Result<Ior> {
     let name = node.string()?;
-    library::glass(name).ok_or_else(|| unknown(node, "glass", name, &library::glass_names()))
+    library::glass(name).ok_or_else(|| {
+        let (problem, remedy) = library::unknown_glass(name);
+        node.fail(problem, remedy)
+    })
 }
 
-fn ior_object(node: &Node) -> Result<Ior> {
-    node.object("ior")?;
-    let (kind, inner) = node.one_of(&["glass", "sellmeier", "cauchy", "nd", "table"])?;
-    if kind != "nd" && node.get("abbe").is_some() {
-        return Err(node.fail("\"abbe\" belongs to \"nd\"", "give \"nd\" and \"abbe\", or remove \"abbe\""));
-    }
-    let mut ior = match kind {
-        "glass" => glass(&inner)?,
-        "sellmeier" => {
-            inner.object("sellmeier")?;
-            let list = |key| inner.need(key)?.array(1)?.iter().map(|n| n.number()).collect::<Result<Vec<f64>>>();
-            let (b, c) = (list("b")?, list("c_um2")?);
-            if b.len() != c.len() {
-                return Err(inner.fail(format!("{} b and {} c_um2", b.len(), c.len()), "give as many of one as of the other"));
+impl SpectrumReader {
+    fn ior_object(&self, node: &Node) -> Result<Ior> {
+        node.object("ior")?;
+        let (kind, inner) = node.one_of(&["glass", "file", "sellmeier", "cauchy", "nd", "table"])?;
+        if kind != "nd" && node.get("abbe").is_some() {
+            return Err(node.fail("\"abbe\" belongs to \"nd\"", "give \"nd\" and \"abbe\", or remove \"abbe\""));
+        }
+        let mut ior = match kind {
+            "glass" => glass(&inner)?,
+            "file" => self.glass_file(node, &inner)?.ior,
+            "sellmeier" => {
+                inner.object("sellmeier")?;
+                let list = |key| inner.need(key)?.array(1)?.iter().map(|n| n.number()).collect::<Result<Vec<f64>>>();
+                let (b, c) = (list("b")?, list("c_um2")?);
+                if b.len() != c.len() {
+                    return Err(inner.fail(format!("{} b and {} c_um2", b.len(), c.len()), "give as many of one as of the other"));
+                }
+                Ior::sellmeier(&b, &c)
             }
-            Ior::sellmeier(&b, &c)
-        }
-        "cauchy" => {
-            let coefficients = inner.array(1)?.iter().map(|n| n.number()).collect::<Result<Vec<f64>>>()?;
-            if coefficients.len() > 3 {
-                return Err(
-                    inner.fail(format!("{} coefficients", coefficients.len()), "give one to three: n = A + B/um^2 + C/um^4")
-                );
+            "cauchy" => {
+                let coefficients = inner.array(1)?.iter().map(|n| n.number()).collect::<Result<Vec<f64>>>()?;
+                if coefficients.len() > 3 {
+                    return Err(
+                        inner.fail(format!("{} coefficients", coefficients.len()), "give one to three: n = A + B/um^2 + C/um^4")
+                    );
+                }
+                Ior::cauchy(&coefficients)
             }
-            Ior::cauchy(&coefficients)
+            "nd" => {
+                let abbe = node.get("abbe").map_or(Ok(f64::INFINITY), |n| n.within(1.0, 1e6))?;
+                Ior::from_abbe_number(inner.within(0.1, 10.0)?, abbe)
+            }
+            _ => Ior::table(&points(&inner)?).map_err(|problem| inner.fail(problem, "mend the table"))?,
+        };
+        if let Some(name) = node.get("name").filter(|_| kind != "file") {
+            return Err(name.fail("\"name\" belongs to \"file\"", "remove it"));
         }
-        "nd" => {
-            let abbe = node.get("abbe").map_or(Ok(f64::INFINITY), |n| n.within(1.0, 1e6))?;
-            Ior::from_abbe_number(inner.within(0.1, 10.0)?, abbe)
+        if let Some(range) = node.get("range_nm") {
+            let [lo, hi] = range.numbers()?;
+            if let Some(problem) = unit_problem(lo, hi) {
+                return Err(range.fail(problem, "give [lowest, highest] in nm"));
+            }
+            if lo <= 0.0 || hi <= lo {
+                return Err(range.fail(format!("{lo} to {hi} is no range"), "give [lowest, highest] in nm"));
+            }
+            ior.range_nm = (lo, hi);
         }
-        _ => Ior::table(&points(&inner)?).map_err(|problem| inner.fail(problem, "mend the table"))?,
-    };
-    if let Some(range) = node.get("range_nm") {
-        let [lo, hi] = range.numbers()?;
-        if let Some(problem) = unit_problem(lo, hi) {
-            return Err(range.fail(problem, "give [lowest, highest] in nm"));
+        if let Some(extrapolate) = node.get("extrapolate") {
+            ior.extrapolate = extrapolate.boolean()?;
         }
-        if lo <= 0.0 || hi <= lo {
-            return Err(range.fail(format!("{lo} to {hi} is no range"), "give [lowest, highest] in nm"));
+        if let Some(of) = node.get("relative_to")
+            && of.choice(&["air", "vacuum"])? == "vacuum"
+        {
+            ior.formula = Formula::OverAir(Box::new(ior.formula));
         }
-        ior.range_nm = (lo, hi);
+        Ok(ior)
     }
-    if let Some(extrapolate) = node.get("extrapolate") {
-        ior.extrapolate = extrapolate.boolean()?;
+
+    /// The glass that an index `{"file": FILE, "name": NAME}` speaks of.
+    pub(in crate::scene) fn glass_file(&self, ior: &Node, file: &Node) -> Result<Glass> {
+        let (_, bytes) = self.files.read(file)?;
+        let name = ior.get("name");
+        let wanted = name.as_ref().map(Node::string).transpose()?;
+        catalogue::read(&bytes, wanted).map_err(|message| {
+            let (problem, remedy) = message.split_once("; ").unwrap_or((&message, "mend the file"));
+            name.as_ref().unwrap_or(file).fail(problem, remedy)
+        })
     }
-    Ok(ior)
 }
