@@ -2,7 +2,7 @@
 
 use super::values;
 use crate::error::Result;
-use crate::scene::{LoadOptions, Scene, load};
+use crate::scene::{LoadOptions, Scene, Setting, load};
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -26,6 +26,9 @@ pub struct Overrides {
     /// Greatest number of scattering events on a path instead of the scene's
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub max_depth: Option<u32>,
+    /// Set a key of the scene file, by its path as errors print it: camera.perspective.vfov_deg=30; may stand several times
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
+    pub settings: Vec<Setting>,
     /// Let the scene name files outside its own folder
     #[arg(long)]
     pub allow_outside: bool,
@@ -45,6 +48,7 @@ impl Overrides {
             height: self.size.map(|s| s.1),
             channels: self.channels,
             max_depth: self.max_depth,
+            settings: self.settings.clone(),
         }
     }
 }

@@ -17,7 +17,7 @@ use crate::output::exr::Aovs;
 use crate::output::picture::Precision;
 use crate::output::{Provenance, check_writable, write_exr, write_picture};
 use crate::render::{Checkpointable, Ended, Rendering, Share, Stop, Summary};
-use crate::scene::{Scene, Sensor, advice_before_rendering};
+use crate::scene::{Scene, Sensor, Setting, advice_before_rendering};
 use crate::spectrum::library::Observer;
 use clap::ValueEnum;
 use serde_json::{Value, json};
@@ -113,12 +113,13 @@ impl From<StopArgs> for Stop {
 impl Args {
     /// What another process needs to know to go on with this render.
     fn request(&self, scene: &Path) -> Value {
-        let Overrides { size, channels, max_depth, allow_outside } = &self.overrides;
+        let Overrides { size, channels, max_depth, settings, allow_outside } = &self.overrides;
         json!({
             "scene": std::path::absolute(scene).unwrap_or_else(|_| scene.to_path_buf()).to_string_lossy(),
             "size": size.map(|(w, h)| [w, h]),
             "channels": channels,
             "max_depth": max_depth,
+            "set": settings.iter().map(Setting::text).collect::<Vec<_>>(),
             "allow_outside": allow_outside,
             "seed": self.seed,
             "techniques": self.techniques.json(),
@@ -155,11 +156,13 @@ impl Args {
             let numbers = request[name].as_array()?.iter().filter_map(|n| u32::try_from(n.as_u64()?).ok());
             numbers.collect::<Vec<_>>().try_into().ok().map(|[a, b]: [u32; 2]| (a, b))
         };
+        let texts = |name: &str| request[name].as_array().into_iter().flatten().filter_map(Value::as_str);
         args.path = request["scene"].as_str().map(PathBuf::from);
         args.overrides = Overrides {
             size: pair("size"),
             channels: number("channels"),
             max_depth: number("max_depth"),
+            settings: texts("set").filter_map(|text| Setting::parse(text).ok()).collect(),
             allow_outside: request["allow_outside"].as_bool().unwrap_or(false),
         };
         args.checkpoint.share = pair("share").and_then(|(number, of)| Share::new(number, of));
@@ -167,8 +170,7 @@ impl Args {
         args.techniques = device::TechniqueArgs::of_json(&request["techniques"]);
         args.device = args.device.or_else(|| request["device"].as_str().map(str::to_string));
         if args.aov.is_empty() {
-            let names = request["aov"].as_array().into_iter().flatten().filter_map(Value::as_str);
-            args.aov = names.filter_map(|name| Aov::from_str(name, false).ok()).collect();
+            args.aov = texts("aov").filter_map(|name| Aov::from_str(name, false).ok()).collect();
         }
         if let StopArgs { spp: None, time: None, error: None } = args.stop {
             let time = request["seconds"].as_f64().and_then(|s| Duration::try_from_secs_f64(s).ok());

@@ -15,6 +15,7 @@ mod outputs;
 mod plot;
 mod probe;
 #[cfg(unix)]
+mod settings;
 mod signals;
 mod support;
 

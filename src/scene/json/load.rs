@@ -1,11 +1,12 @@
 //! From a scene file to a [`Scene`]: the order of reading, the film and what measures it. Every error names its place in the file.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted};
 use crate::scene::gltf;
 use crate::scene::json::files::{Files, read_scene_file};
 use crate::scene::json::keys::SENSORS;
 use crate::scene::json::materials::Materials;
 use crate::scene::json::remarks::Remarks;
+use crate::scene::json::settings::Setting;
 use crate::scene::json::spectra::SpectrumReader;
 use crate::scene::json::{Node, parse};
 use crate::scene::mesh::instance::SharedMeshes;
@@ -38,6 +39,8 @@ pub struct LoadOptions {
     pub channels: Option<u32>,
     /// Greatest depth instead of the scene's.
     pub max_depth: Option<u32>,
+    /// Keys of the scene file that are set, in this order.
+    pub settings: Vec<Setting>,
 }
 
 /// Loads a scene file (JSON), or a glTF file as a scene by itself.
@@ -50,6 +53,10 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene> {
     let files = Files::new(folder, options.allow_outside);
     files.add_source(canonical, &bytes);
     let mut loader = if extension == "glb" || extension == "gltf" {
+        if let Some(setting) = options.settings.first() {
+            let problem = format!("--set {}: a glTF file has none of these keys", quoted(setting.text()));
+            return Err(Error::usage(problem, "include it in a scene file by \"gltf\", whose keys can be set"));
+        }
         gltf::scene(path, &bytes, files, options)?
     } else {
         let text = std::str::from_utf8(&bytes)
@@ -137,7 +144,11 @@ impl Loader {
 }
 
 fn read(text: &str, file: &Path, files: Files, options: &LoadOptions) -> Result<Loader> {
-    let value = parse(text, file)?;
+    let mut value = parse(text, file)?;
+    for setting in &options.settings {
+        setting.apply(&mut value)?;
+        files.add_to_hash(setting.text().as_bytes());
+    }
     let root = Node::root(&value, file);
     root.object("scene")?;
     if let Some(text) = root.get("description") {

@@ -7,6 +7,7 @@ pub(in crate::scene) mod lights;
 pub(in crate::scene) mod load;
 pub(in crate::scene) mod materials;
 pub(in crate::scene) mod remarks;
+pub mod settings;
 pub(in crate::scene) mod shapes;
 pub(in crate::scene) mod spectra;
 pub(in crate::scene) mod transform;
