@@ -5,10 +5,9 @@ use super::print::{duration, note};
 use super::render::sensor_area;
 use super::values;
 use crate::error::{Error, Result};
-use crate::film::Film;
 use crate::output::{Checkpoint, check_writable, write_checkpoint};
 use crate::render::{Checkpointable, Share};
-use crate::scene::{Bins, FilmSettings, Filter, Scene, WavelengthSampling};
+use crate::scene::{FilmSettings, Scene};
 use serde_json::{Map, Value, json};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
@@ -32,10 +31,10 @@ pub struct CheckpointArgs {
     /// Leave the checkpoint of a finished render, so that --resume can add samples to it
     #[arg(long)]
     keep_checkpoint: bool,
-    /// Render the batches of one machine of several, as in 1/8, into a checkpoint beside the output; 'abbe merge' makes one picture of all
+    /// Render the batches of one machine of several, as in 1/8, into a checkpoint instead of an EXR; 'abbe merge' makes one picture of all
     #[arg(long, value_name = "I/N", value_parser = share)]
     pub share: Option<Share>,
-    /// Go on from the checkpoint beside the output; the scene and all that was asked for need not be given again
+    /// Go on from the checkpoint beside the output; the scene and all that was asked for need not be given again. Where the scene is given and there is no checkpoint, begin
     #[arg(long, value_name = "OUT.exr", num_args = 0..=1)]
     pub resume: Option<Option<PathBuf>>,
     /// Go on although the checkpoint is of another device: the bits differ from those of a render that was never interrupted
@@ -84,28 +83,31 @@ pub struct Keeper {
 }
 
 impl Keeper {
-    /// For a render of this identity into `exr`, asked for by `request`.
+    /// For a render of this identity into `exr`, asked for by `request`; `picture` as of [`picture`].
     ///
     /// # Errors
     /// [`Error::File`] where none could be written.
-    pub fn new(exr: &Path, args: &CheckpointArgs, scene: &Scene, identity: Value, request: Value) -> Result<Self> {
+    pub fn new(exr: &Path, args: &CheckpointArgs, identity: Value, request: Value, picture: Value) -> Result<Self> {
         let path = beside(exr);
-        if args.checkpoint != Interval::Off {
+        if args.checkpoint != Interval::Off || args.share.is_some() {
             check_writable::<&Path>(&path, [])?;
         }
-        let header = json!({"identity": identity, "request": request, "picture": picture(scene)});
+        let header = json!({"identity": identity, "request": request, "picture": picture, "done": false});
         Ok(Keeper { path, args: args.clone(), header, last: Instant::now(), lock: None })
     }
 
-    /// Puts the render where its checkpoint is, if that is asked for.
+    /// Puts the render where its checkpoint is, if that is asked for and there is one: the same command begins a render and goes on with it.
     ///
     /// # Errors
-    /// [`Error::File`] if there is none, it is damaged or that of another render: the first difference is named.
+    /// [`Error::File`] if it is damaged or that of another render: the first difference is named.
     pub fn resume(&mut self, state: &mut Checkpointable<'_>) -> Result<()> {
         if self.args.resume.is_none() {
             return Ok(());
         }
         self.lock()?;
+        if !self.path.exists() {
+            return Ok(());
+        }
         let checkpoint = Checkpoint::open(&self.path)?;
         if let Some((name, theirs, ours)) = difference(&checkpoint.header, &self.header, self.args.any_device) {
             let remedy = match name.as_str() {
@@ -144,7 +146,7 @@ impl Keeper {
     /// # Errors
     /// [`Error::File`] where it cannot be written.
     pub fn leave(&mut self, state: &mut Checkpointable<'_>) -> Result<Option<&Path>> {
-        if self.args.checkpoint == Interval::Off {
+        if self.args.checkpoint == Interval::Off && self.args.share.is_none() {
             return Ok(None);
         }
         self.write(state)?;
@@ -157,6 +159,7 @@ impl Keeper {
     /// [`Error::File`] where one that is to be kept cannot be written.
     pub fn finish(&mut self, state: &mut Checkpointable<'_>) -> Result<()> {
         if self.args.keep_checkpoint || self.args.share.is_some() {
+            self.header["done"] = true.into();
             return self.write(state);
         }
         if self.lock.is_some() {
@@ -193,33 +196,11 @@ pub fn difference(a: &Value, b: &Value, any_device: bool) -> Option<(String, Val
 }
 
 /// What a film and its file are made from.
-fn picture(scene: &Scene) -> Value {
+pub fn picture(scene: &Scene, merging: bool) -> Value {
     let FilmSettings { width, height, bins, exposure, .. } = &scene.film;
     json!({
         "width": width, "height": height, "bins": bins.count, "min_nm": bins.min_nm, "max_nm": bins.max_nm, "exposure": exposure,
-        "irradiance": sensor_area(&scene.sensor).is_some(),
-    })
-}
-
-/// The film of a checkpoint's header, still empty.
-///
-/// # Errors
-/// [`Error::Usage`] where there is no memory for it.
-pub fn film_of(header: &Value) -> Result<Film> {
-    let picture = &header["picture"];
-    let number = |name: &str| picture[name].as_u64().and_then(|n| u32::try_from(n).ok()).unwrap_or(1).max(1);
-    let bins = Bins {
-        count: number("bins"),
-        min_nm: picture["min_nm"].as_f64().unwrap_or(380.0),
-        max_nm: picture["max_nm"].as_f64().unwrap_or(780.0),
-    };
-    Film::try_new(&FilmSettings {
-        width: number("width"),
-        height: number("height"),
-        bins,
-        filter: Filter::Box,
-        sampling: WavelengthSampling::Continuous,
-        exposure: picture["exposure"].as_f64(),
+        "irradiance": sensor_area(&scene.sensor).is_some(), "merging": merging,
     })
 }
 

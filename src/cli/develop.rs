@@ -13,7 +13,7 @@ use crate::develop::tone::Tone;
 use crate::error::{self, Error};
 use crate::gpu::Gpu;
 use crate::output::picture::{Format, Precision};
-use crate::output::{Checkpoint, Quantity, SpectralImage, check_writable, write_picture};
+use crate::output::{Quantity, SpectralImage, check_writable, write_picture};
 use crate::spectrum::Spectrum;
 use crate::spectrum::library::{self, Observer};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -25,6 +25,7 @@ const EXAMPLES: &str = "Examples:
   abbe develop room.exr -o room.jpg --white 3200K --adaptation cat16
   abbe develop room.exr -o room_acescg.exr --space acescg
   abbe develop chart.exr -o chart.png --illuminant FL11
+  abbe develop pool.checkpoint -o so_far.png
   abbe develop mitsuba.exr -o picture.png --bands 400-700
   abbe develop poster.exr -o poster.png --device reference
 
@@ -41,7 +42,7 @@ const BITS: [(&str, u8); 2] = [("8", 8), ("16", 16)];
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Spectral EXR: Abbe's, or any of Fichet's layout, emissive (S0) or reflective (T)
+    /// Spectral EXR: Abbe's, or any of Fichet's layout, emissive (S0) or reflective (T); or a checkpoint
     #[arg(value_name = "IN.exr")]
     input: PathBuf,
     /// Picture to write: .png, .jpg, or .exr for linear RGB
@@ -104,10 +105,6 @@ enum Exposure {
 pub fn run(args: &Args) -> Outcome {
     let format = Format::of(&args.output);
     check_writable(&args.output, args.bands.table().into_iter().chain([args.input.as_path()]))?;
-    if Checkpoint::is_one(&args.input) {
-        let remedy = format!("make an EXR of it first, by abbe merge {} -o out.exr", args.input.display());
-        return Err(Error::file(&args.input, "this is a checkpoint", remedy));
-    }
     let image = args.bands.read(&args.input)?;
     let illuminant = args.illuminant.clone().unwrap_or_else(d65);
     let colours = image.xyz(args.observer, &illuminant);

@@ -2,7 +2,7 @@
 
 use super::{Done, Outcome, interrupt, print::out};
 use crate::error::Result;
-use crate::integrator::{GpuIntegrator, Techniques};
+use crate::integrator::{Feature, GpuIntegrator, Techniques};
 use crate::reference::ReferenceIntegrator;
 use crate::render::{Integrator, Renderer};
 use crate::scene::{Estimator, Scene};
@@ -52,6 +52,8 @@ pub struct Device {
     pub name: String,
     /// It has no processor of its own.
     pub on_cpu: bool,
+    /// It merges light paths at visible points.
+    pub merging: bool,
 }
 
 /// A field of [`Techniques`].
@@ -157,6 +159,7 @@ pub fn open_with(
             integrator: Box::new(integrator),
             name: format!("reference ({estimator}, double precision)"),
             on_cpu: true,
+            merging: false,
         });
     }
     let mut integrator = GpuIntegrator::with(scene, name, seed, techniques)?;
@@ -166,5 +169,6 @@ pub fn open_with(
     }
     let adapter = integrator.adapter();
     let (name, on_cpu) = (adapter.to_string(), adapter.is_cpu());
-    Ok(Device { integrator: Box::new(integrator), name, on_cpu })
+    let merging = integrator.plan().has(Feature::Merging);
+    Ok(Device { integrator: Box::new(integrator), name, on_cpu, merging })
 }

@@ -1,14 +1,12 @@
 //! `abbe info`: what is in a file.
 
 use super::bands::BandsArgs;
-use super::checkpoint::film_of;
 use super::load::Overrides;
 use super::print::{out, percent};
 use super::quantity::Quantity;
 use super::{Done, Outcome};
 use crate::error::{Error, Result};
 use crate::output::{Checkpoint, SpectralImage, open_plain};
-use crate::render::Rendering;
 use crate::scene::{Light, Scene, Sensor};
 use serde_json::{Value, json};
 use std::io::Read;
@@ -115,12 +113,12 @@ fn describe_image(image: &SpectralImage) -> Facts {
 fn describe_checkpoint(path: &Path) -> Result<Facts> {
     let checkpoint = Checkpoint::open(path)?;
     let header = checkpoint.header.clone();
-    let mut rendering = Rendering::new(film_of(&header)?);
-    checkpoint.restore_first(&mut rendering)?;
+    let (rendering, ..) = checkpoint.rendering()?;
     let mut facts = vec![("kind".to_string(), json!("checkpoint"))];
     facts.extend(header["identity"].as_object().into_iter().flatten().map(|(name, value)| (name.clone(), value.clone())));
     facts.extend([
         ("share".to_string(), json!(format!("{}/{}", rendering.share.number + 1, rendering.share.of))),
+        ("done".to_string(), header["done"].clone()),
         ("samples per pixel".to_string(), json!(rendering.spp)),
         ("batches".to_string(), json!(rendering.batches)),
         ("seconds".to_string(), json!(rendering.elapsed.as_secs_f64())),

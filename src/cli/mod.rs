@@ -78,7 +78,7 @@ Every command has its own --help.";
 enum Command {
     /// Render a scene to a spectral EXR and a picture
     Render(render::Args),
-    /// Make one picture of shares that several machines have rendered
+    /// Make one picture of shares that several machines have rendered, or of renders of different seeds
     Merge(merge::Args),
     /// Make a picture of a spectral EXR
     Develop(develop::Args),

@@ -7,7 +7,7 @@ use super::print::{self, duration, note, out, percent, si};
 use super::progress::{Bar, Log, Stages};
 use super::{Done, Outcome, device, interrupt, values};
 use crate::color::cie::{is_visible, lacks_for_colour};
-use crate::develop::picture::{AUTO_SHARE, Development, auto_exposure};
+use crate::develop::picture::Development;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::aov::albedos;
@@ -15,10 +15,9 @@ use crate::integrator::Plan;
 use crate::memory;
 use crate::output::exr::Aovs;
 use crate::output::picture::Precision;
-use crate::output::{Provenance, check_writable, write_exr, write_picture};
+use crate::output::{Provenance, check_writable, picture_exposure, write_exr, write_picture};
 use crate::render::{Checkpointable, Ended, Rendering, Share, Stop, Summary};
 use crate::scene::{Scene, Sensor, Setting, advice_before_rendering};
-use crate::spectrum::library::Observer;
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::io::{IsTerminal, stderr};
@@ -35,6 +34,7 @@ const EXAMPLES: &str = "Examples:
   abbe render scenes/cornell_spheres.json --device reference --size 64x64
   abbe render --resume pool.exr                     goes on with a render that was stopped
   abbe render scenes/pool.json --keep-checkpoint && abbe render --resume pool.exr --spp 1024
+  abbe render scenes/pool.json --spp 1024 --share 3/8 -o 3.checkpoint --resume       begins a share, or goes on with it
 
 Of --spp, --time and --error the first that is met ends the render; without any it is --spp 64.
 Ctrl-C ends it within seconds and writes what there is; so do the signals TERM and HUP, the latter not under nohup. A second one quits at once.
@@ -190,12 +190,21 @@ pub fn run(args: &Args) -> Outcome {
     let args = &args.completed()?;
     let path = args.path.as_deref().unwrap_or(Path::new(""));
     let (exr, png) = output_paths(args, path)?;
+    let wants_aovs = args.aov.iter().any(|aov| *aov != Aov::Error);
+    let share = args.checkpoint.share;
+    if share.is_some() && wants_aovs {
+        return Err(Error::usage(
+            "a share has no depth, normal or albedo",
+            "render these by themselves, without --share, at --spp 1",
+        ));
+    }
     let talkative = !args.quiet && !args.json;
     memory::limit(args.max_memory);
     let stages = Stages::show(!talkative);
     let scene = args.overrides.load(path)?;
     let bins = &scene.film.bins;
-    let png = is_visible(bins.min_nm, bins.max_nm).then_some(png);
+    // A share is a checkpoint, and no picture.
+    let png = (is_visible(bins.min_nm, bins.max_nm) && share.is_none()).then_some(png);
     // Before the work, not after it.
     [Some(&exr), png.as_ref()].into_iter().flatten().try_for_each(|path| check_writable(path, &scene.sources))?;
     let warnings = if args.quiet { Vec::new() } else { warnings(&scene, args) };
@@ -208,19 +217,18 @@ pub fn run(args: &Args) -> Outcome {
         });
     }
     let setup = Instant::now();
-    let share = args.checkpoint.share.unwrap_or(Share::WHOLE);
-    let mut rendering = Rendering::of_share(Film::try_new(&scene.film)?, share);
+    let mut rendering = Rendering::of_share(Film::try_new(&scene.film)?, share.unwrap_or(Share::WHOLE));
     let mut device = device::open(&scene, args.device.as_deref(), args.seed, &args.techniques)?;
     let setup = setup.elapsed();
     drop(stages);
     // What rendering takes is known by now, and what it has found is not to be lost.
     memory::limit(None);
     // Before the work too: what fails here fails at once.
-    let wants_aovs = args.aov.iter().any(|aov| *aov != Aov::Error);
     let aovs = wants_aovs.then(|| device.integrator.aovs(&albedos(&scene), 0, AOV_SAMPLES)).transpose()?;
 
     let identity = checkpoint::identity(&scene, args.seed, &args.techniques, &device.name);
-    let mut keeper = Keeper::new(&exr, &args.checkpoint, &scene, identity, args.request(path))?;
+    let picture = checkpoint::picture(&scene, device.merging);
+    let mut keeper = Keeper::new(&exr, &args.checkpoint, identity, args.request(path), picture)?;
     let integrator = device.integrator.as_mut();
     keeper.resume(&mut Checkpointable { rendering: &mut rendering, integrator })?;
     let mut stats = rendering.stats;
@@ -255,7 +263,7 @@ pub fn run(args: &Args) -> Outcome {
     let film = &rendering.film;
 
     // A device may fail after hours: what it had done is written before its error is passed on.
-    if film.batches() > 0 {
+    if film.batches() > 0 && share.is_none() {
         let aovs_for = |aov| aovs.as_ref().filter(|_| args.aov.contains(&aov));
         let aovs = Aovs {
             errors: args.aov.contains(&Aov::Error),
@@ -269,6 +277,8 @@ pub fn run(args: &Args) -> Outcome {
             max_depth: scene.max_depth,
             device: device.name.clone(),
             seed: args.seed,
+            techniques: args.techniques.to_string(),
+            merging: device.merging,
             seconds,
             stats,
             exposure: scene.film.exposure,
@@ -277,32 +287,35 @@ pub fn run(args: &Args) -> Outcome {
         write_files(&exr, png.as_deref(), film, origin, aovs)?;
     }
     if let (Err(failure), false) = (&rendered, args.quiet) {
-        note(&match (film.batches(), failure) {
-            (0, Error::Interrupted) => "interrupted before the first batch was done: nothing is written".to_string(),
-            (0, _) => "the first batch was not done: nothing is written".to_string(),
-            _ => format!("wrote {} with {} samples per pixel", exr.display(), film.samples_per_pixel()),
-        });
+        match (film.batches(), failure) {
+            (0, Error::Interrupted) => note("interrupted before the first batch was done: nothing is written"),
+            (0, _) => note("the first batch was not done: nothing is written"),
+            _ if share.is_some() => {}
+            _ => note(&format!("wrote {} with {} samples per pixel", exr.display(), film.samples_per_pixel())),
+        }
     }
-    if talkative && rendered.is_ok() && (0..film.channels()).all(|channel| film.mean_of(channel) == 0.0) {
+    if talkative && rendered.is_ok() && film.batches() > 0 && (0..film.channels()).all(|channel| film.mean_of(channel) == 0.0) {
         note("warning: no light has reached the sensor, and the picture is black; 'abbe check' may say why");
+    }
+    let summary = rendered?;
+    if is_done {
+        keeper.finish(&mut Checkpointable { rendering: &mut rendering, integrator: device.integrator.as_mut() })?;
     }
     let report = Report {
         scene: &scene,
-        film,
+        film: &rendering.film,
         warnings: &warnings,
-        summary: &rendered?,
+        summary: &summary,
         device: &device,
         setup,
-        exr: &exr,
+        exr: share.is_none().then_some(&*exr),
         png: png.as_deref(),
+        share: share.is_some().then(|| checkpoint::beside(&exr)),
     };
     if args.json {
         out(&report.json().to_string());
     } else if talkative {
         out(&report.text());
-    }
-    if is_done {
-        keeper.finish(&mut Checkpointable { rendering: &mut rendering, integrator: device.integrator.as_mut() })?;
     }
     if interrupt::requested() {
         return Ok(Done::Interrupted);
@@ -328,10 +341,8 @@ fn warnings(scene: &Scene, args: &Args) -> Vec<String> {
 
 /// Writes a film as a spectral EXR and, where it is visible, a picture, at the exposure given or that of the picture itself.
 pub fn write_files(exr: &Path, png: Option<&Path>, film: &Film, mut origin: Provenance, aovs: Aovs<'_>) -> Result<()> {
-    let xyz = film.xyz_image();
-    let auto = || if png.is_some() { auto_exposure(&xyz, Observer::Cie1931, AUTO_SHARE) } else { 0.0 };
-    // As the file holds it, so that the picture can be made again from the file.
-    let exposure = f64::from(origin.exposure.unwrap_or_else(auto) as f32);
+    let (xyz, bins) = (film.xyz_image(), &film.settings().bins);
+    let exposure = picture_exposure(&xyz, (bins.min_nm, bins.max_nm), origin.exposure);
     origin.exposure = Some(exposure);
     write_exr(exr, film, &origin, aovs)?;
     if let Some(png) = png {
@@ -352,7 +363,8 @@ fn output_paths(args: &Args, scene: &Path) -> Result<(PathBuf, PathBuf)> {
             PathBuf::from(name)
         }
     };
-    if !is_exr(&exr) {
+    let names_share = args.checkpoint.share.is_some() && checkpoint::beside(&exr) == exr;
+    if !is_exr(&exr) && !names_share {
         return Err(Error::usage(
             format!("-o {} does not end in .exr", exr.display()),
             "name the spectral EXR; the .png goes beside it",
@@ -379,8 +391,9 @@ struct Report<'a> {
     summary: &'a Summary,
     device: &'a device::Device,
     setup: Duration,
-    exr: &'a Path,
+    exr: Option<&'a Path>,
     png: Option<&'a Path>,
+    share: Option<PathBuf>,
 }
 
 impl Report<'_> {
@@ -407,6 +420,7 @@ impl Report<'_> {
         lines.push(format!("{}: {samples} per pixel in {elapsed}{ended}; set-up {setup}", self.scene.name));
         lines.push(format!("on {}: {}rays, {}rays/s", device.name, si(p.stats.rays as f64), si(p.rays_per_second)));
         lines.push(match self.summary.batches {
+            0 => "no batch of this share is among these samples".to_string(),
             1 => "estimated relative error: not known from one batch".to_string(),
             n => format!("estimated relative error {} from {n} batches", percent(p.relative_error)),
         });
@@ -424,8 +438,8 @@ impl Report<'_> {
         if let Some((watts, lumens)) = self.flux() {
             lines.push(format!("total flux {watts:.6e} W, {lumens:.6e} lm"));
         }
-        let picture = self.png.map_or(String::new(), |png| format!(" and {}", png.display()));
-        lines.push(format!("wrote {}{picture}", self.exr.display()));
+        let files = [self.exr, self.png, self.share.as_deref()].into_iter().flatten();
+        lines.push(format!("wrote {}", files.map(|path| path.display().to_string()).collect::<Vec<_>>().join(" and ")));
         lines.join("\n")
     }
 
@@ -440,8 +454,9 @@ impl Report<'_> {
         json!({
             "scene": self.scene.name,
             "device": self.device.name,
-            "exr": self.exr.to_string_lossy(),
+            "exr": self.exr.map(Path::to_string_lossy),
             "png": self.png.map(Path::to_string_lossy),
+            "share": self.share.as_deref().map(Path::to_string_lossy),
             "width": self.scene.film.width,
             "height": self.scene.film.height,
             "bins": self.scene.film.bins.count,

@@ -145,7 +145,7 @@ impl GpuIntegrator {
         let uniforms = gpu.uniform("params", std::mem::size_of::<Params>() as u64);
         let counters = gpu.empty_storage("counters", (COUNTERS * 4) as u64)?;
         let guide = plan.guides(gpu_scene.params.lights).map(|[axes, aims]| Guide::new(&gpu, axes, aims)).transpose()?;
-        let seed = (seed ^ (seed >> 32)) as u32;
+        let seed = fold_seed(seed);
         let (wavelengths, bins) = (Wavelengths::new(scene), scene.film.bins);
         let adaptive = plan.is_adaptive().then(|| Adaptive::new(&scene.film));
         Ok(Self {
@@ -508,6 +508,11 @@ impl Renderer for GpuIntegrator {
     fn aovs(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<AovBuffers> {
         self.gpu.faults.guard(|| self.hits(albedos, index, samples))
     }
+}
+
+/// What of a seed keys the random numbers of the GPU; renders of seeds for which it is the same have the same ones.
+pub fn fold_seed(seed: u64) -> u32 {
+    (seed ^ (seed >> 32)) as u32
 }
 
 /// How many samples an invocation may take, if one that took `samples` had `rays`.

@@ -66,6 +66,16 @@ impl Merge {
     }
 }
 
+/// The mean over the first `passes` passes of the squared radius of merging, in units of the first one's. The blur, and with it the bias of what is merged, is
+/// in proportion to it (Knaus & Zwicker 2011).
+pub fn mean_squared_radius(passes: u64) -> f64 {
+    /// So many terms are summed; of the rest the integral, by the midpoint rule, is closer than 1e-6.
+    const EXACT: u64 = 100;
+    let terms: f64 = (1..=passes.min(EXACT)).map(|pass| (pass as f64).powf(ALPHA - 1.0)).sum();
+    let integral = |pass: u64| (pass as f64 + 0.5).powf(ALPHA) / ALPHA;
+    (terms + integral(passes.max(EXACT)) - integral(EXACT)) / passes.max(1) as f64
+}
+
 /// Bytes of a point, its throughput included.
 pub(super) fn point_bytes(plan: &Plan) -> u64 {
     let sheen = if plan.has(Feature::Sheen) { texels::<PointSheen>() } else { 0 };
@@ -77,4 +87,18 @@ pub(super) fn point_bytes(plan: &Plan) -> u64 {
 pub(super) fn reach(scene: &Scene) -> f32 {
     let Sensor::Perspective { eye, .. } = scene.sensor else { return 0.0 };
     targets(scene, true).iter().map(|(center, radius)| (1.5 * center.distance(eye)).max(*radius)).fold(0.0, f64::max) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mean_squared_radius_is_the_sum_over_passes() {
+        for passes in [1, 100, 101, 5000] {
+            let sum: f64 = (1..=passes).map(|pass: u64| (pass as f64).powf(-1.0 / 3.0)).sum();
+            let mean = mean_squared_radius(passes);
+            assert!((mean * passes as f64 / sum - 1.0).abs() < 1e-6, "{passes} passes: {mean}");
+        }
+    }
 }

@@ -141,6 +141,11 @@ impl Selection {
         Selection { quantity: Quantity::Emissive, channels, wavelengths_nm, edges_nm }
     }
 
+    /// The channels, of those of these names, that are not spectral.
+    pub fn others(&self, names: &[String]) -> Vec<usize> {
+        (0..names.len()).filter(|channel| !self.channels.iter().any(|(c, _)| c == channel)).collect()
+    }
+
     /// The channels that the layout names: those of emission, or if there are none, those of reflectance. Bins reach half-way to their neighbours,
     /// and the first and last as far to the other side; a single one is 1 nm wide. `None` if there are none at all.
     pub fn of_layout(names: &[String]) -> Option<std::result::Result<Selection, String>> {

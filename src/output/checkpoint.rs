@@ -4,8 +4,12 @@
 //! A file is a line that says what it is, the length of a header and the header (JSON: which render it is of, and what was asked for), then the state
 //! ([`crate::state`]) with a checksum of both. It is replaced as a whole, so that a process killed at any moment leaves the one before or the new one.
 
-use super::{open_plain, replace_file};
+use super::exr::Provenance;
+use super::{open_plain, picture_exposure, replace_file};
 use crate::error::{Error, Result};
+use crate::film::Film;
+use crate::render::Rendering;
+use crate::scene::{Bins, FilmSettings, Filter, WavelengthSampling};
 use crate::state::{Persistent, State};
 use serde_json::Value;
 use std::fs::File;
@@ -96,12 +100,34 @@ impl Checkpoint {
         self.read(state, false)
     }
 
-    /// Likewise, of a state that comes first in the file; what follows it is passed over.
+    /// What the render has come to, where its EXR comes from, and whether that has standard errors.
     ///
     /// # Errors
-    /// As [`Checkpoint::restore`].
-    pub fn restore_first(self, state: &mut dyn Persistent) -> Result<()> {
-        self.read(state, true)
+    /// As [`Checkpoint::restore`]; [`Error::Usage`] where there is no memory for its film.
+    pub fn rendering(self) -> Result<(Rendering, Provenance, bool)> {
+        let header = self.header.clone();
+        let (identity, picture) = (&header["identity"], &header["picture"]);
+        let mut rendering = Rendering::new(Film::try_new(&film_settings(picture))?);
+        self.read(&mut rendering, true)?;
+        let bins = rendering.film.settings().bins;
+        let exposure = picture["exposure"].as_f64();
+        let exposure = picture_exposure(&rendering.film.xyz_image(), (bins.min_nm, bins.max_nm), exposure);
+        let text = |name: &str| identity[name].as_str().unwrap_or_default().to_string();
+        let provenance = Provenance {
+            scene: text("scene"),
+            scene_hash: format!("fnv1a64:{}", text("content of the scene's files")),
+            max_depth: identity["greatest depth"].as_u64().unwrap_or(0) as u32,
+            device: text("device"),
+            seed: identity["seed"].as_u64().unwrap_or(0),
+            techniques: text("techniques"),
+            merging: picture["merging"].as_bool().unwrap_or(false),
+            seconds: rendering.elapsed.as_secs_f64(),
+            stats: rendering.stats,
+            exposure: Some(exposure),
+            irradiance: picture["irradiance"].as_bool().unwrap_or(false),
+        };
+        let aovs = header["request"]["aov"].as_array();
+        Ok((rendering, provenance, aovs.is_some_and(|all| all.iter().any(|aov| aov == "error"))))
     }
 
     fn read(mut self, state: &mut dyn Persistent, has_more: bool) -> Result<()> {
@@ -123,5 +149,22 @@ impl Checkpoint {
             };
             Error::file(&self.path, why, "begin anew without --resume")
         })
+    }
+}
+
+/// Those of the film that a header describes.
+fn film_settings(picture: &Value) -> FilmSettings {
+    let number = |name: &str| picture[name].as_u64().and_then(|n| u32::try_from(n).ok()).unwrap_or(1).max(1);
+    FilmSettings {
+        width: number("width"),
+        height: number("height"),
+        bins: Bins {
+            count: number("bins"),
+            min_nm: picture["min_nm"].as_f64().unwrap_or(380.0),
+            max_nm: picture["max_nm"].as_f64().unwrap_or(780.0),
+        },
+        filter: Filter::Box,
+        sampling: WavelengthSampling::Continuous,
+        exposure: picture["exposure"].as_f64(),
     }
 }

@@ -47,6 +47,10 @@ pub struct Provenance {
     pub device: String,
     /// Seed of the random numbers.
     pub seed: u64,
+    /// How paths were found, in words.
+    pub techniques: String,
+    /// Light paths were merged at visible points, which is biased ([`crate::integrator::mean_squared_radius`]).
+    pub merging: bool,
     /// Seconds of rendering.
     pub seconds: f64,
     /// Counts of rays and of dropped samples.
@@ -76,24 +80,38 @@ pub struct Aovs<'a> {
 /// # Errors
 /// [`crate::Error::File`] where the file cannot be written; what was there before stays.
 pub fn write_exr(path: &Path, film: &Film, provenance: &Provenance, aovs: Aovs) -> Result<()> {
-    let settings = film.settings();
-    let size = Vec2(settings.width as usize, settings.height as usize);
-    let source = FilmChannels {
-        film,
-        gain: provenance.exposure.unwrap_or(0.0).exp2() / xyz_of_unit(Observer::Cie1931)[1],
-        channels: channels(film, &aovs),
-    };
+    let source = FilmChannels::new(film, provenance, &aovs);
+    let planes = Planes { size: source.size(), names: source.names(), value: &|channel, pixel| source.value(channel, pixel) };
+    write_planes(path, &planes, attributes(film, provenance, &aovs))
+}
+
+/// Channels as they are written.
+pub(super) struct Planes<'a> {
+    /// Pixels across and down.
+    pub size: Vec2<usize>,
+    /// Names of the channels, sorted by their bytes.
+    pub names: Vec<String>,
+    /// Value of a channel at a pixel.
+    pub value: &'a (dyn Fn(usize, usize) -> f32 + Sync),
+}
+
+/// Writes channels, block by block.
+///
+/// # Errors
+/// As [`write_exr`].
+pub(super) fn write_planes(path: &Path, planes: &Planes, attributes: Vec<(&str, AttributeValue)>) -> Result<()> {
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: exr::image::Blocks::ScanLines, line_order: LineOrder::Increasing };
-    let software_name = Some(text(concat!("Abbe ", env!("CARGO_PKG_VERSION"))));
-    let attributes = attributes(film, provenance).into_iter().chain(descriptions(&aovs));
-    let other = attributes.map(|(name, value)| (text(name), value)).collect();
-    let layer = LayerAttributes { software_name, other, ..LayerAttributes::default() };
-    let mut image = Image::from_layer(Layer::new(size, layer, encoding, source));
+    let other = attributes.into_iter().map(|(name, value)| (text(name), value)).collect();
+    let layer = LayerAttributes { software_name: Some(text(SOFTWARE)), other, ..LayerAttributes::default() };
+    let mut image = Image::from_layer(Layer::new(planes.size, layer, encoding, planes));
     // Without it `R G B` would mean the same (the default is Rec. 709), but not say so.
     image.attributes.chromaticities = Some(chromaticities(Space::Srgb));
     replace_file(path, |file| image.write().to_buffered(file))
 }
+
+/// What the header names as the writer.
+pub(super) const SOFTWARE: &str = concat!("Abbe ", env!("CARGO_PKG_VERSION"));
 
 /// Name of a bin's channel: `S0.390,000000nm`.
 pub fn channel_name(centre_nm: f64) -> String {
@@ -105,7 +123,7 @@ pub(super) fn error_channel_name(centre_nm: f64) -> String {
     channel_name(centre_nm).replacen("S0", "error", 1)
 }
 
-fn text(s: &str) -> Text {
+pub(super) fn text(s: &str) -> Text {
     // EXR text is bytes of Latin-1; anything else is replaced rather than refused, for a scene may have any name.
     Text::new_or_none(s).unwrap_or_else(|| {
         let ascii: String = s.chars().map(|c| if c.is_ascii() { c } else { '?' }).collect();
@@ -113,12 +131,13 @@ fn text(s: &str) -> Text {
     })
 }
 
-fn attributes(film: &Film, p: &Provenance) -> Vec<(&'static str, AttributeValue)> {
+/// What the header says.
+pub(super) fn attributes(film: &Film, p: &Provenance, aovs: &Aovs) -> Vec<(&'static str, AttributeValue)> {
     let string = |s: &str| AttributeValue::Text(text(s));
     let count = |n: u64| AttributeValue::Text(text(&n.to_string()));
     let bins = &film.settings().bins;
     let mean_errors: Vec<String> = (0..film.bins()).map(|b| format!("{:e}", film.mean_standard_error(b) as f32)).collect();
-    vec![
+    let mut list = vec![
         ("spectralLayoutVersion", string("1.0")),
         ("emissiveUnits", string("W.m^-2.sr^-1")),
         ("EV", AttributeValue::F32(p.exposure.unwrap_or(0.0) as f32)),
@@ -126,6 +145,8 @@ fn attributes(film: &Film, p: &Provenance) -> Vec<(&'static str, AttributeValue)
         ("abbe.scene", string(&p.scene)),
         ("abbe.sceneHash", string(&p.scene_hash)),
         ("abbe.maxDepth", count(p.max_depth.into())),
+        ("abbe.techniques", string(&p.techniques)),
+        ("abbe.merging", string(if p.merging { "yes" } else { "no" })),
         ("abbe.device", string(&p.device)),
         ("abbe.quantity", string(if p.irradiance { "irradiance W.m^-2.nm^-1" } else { "radiance W.m^-2.sr^-1.nm^-1" })),
         ("abbe.range", string(&format!("{} {} nm", bins.min_nm, bins.max_nm))),
@@ -143,7 +164,9 @@ fn attributes(film: &Film, p: &Provenance) -> Vec<(&'static str, AttributeValue)
         ("abbe.droppedCrowded", count(p.stats.dropped_crowded)),
         ("abbe.droppedUnfinished", count(p.stats.unfinished)),
         ("abbe.truncated", count(p.stats.truncated)),
-    ]
+    ];
+    list.extend(descriptions(aovs));
+    list
 }
 
 /// What the header says of AOVs.
@@ -215,32 +238,55 @@ fn finite(value: f64) -> f32 {
     value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
 }
 
-/// Hands a film's pixels to the EXR writer, block by block.
-struct FilmChannels<'a> {
+/// A film as the channels of a file.
+pub(super) struct FilmChannels<'a> {
     film: &'a Film,
     gain: f64,
     channels: Vec<(String, Source<'a>)>,
 }
 
-impl FilmChannels<'_> {
-    fn value(&self, pixel: usize, source: &Source) -> f32 {
-        match *source {
+impl<'a> FilmChannels<'a> {
+    pub fn new(film: &'a Film, provenance: &Provenance, aovs: &Aovs<'a>) -> Self {
+        FilmChannels { film, gain: preview_gain(provenance.exposure.unwrap_or(0.0)), channels: channels(film, aovs) }
+    }
+
+    pub fn size(&self) -> Vec2<usize> {
+        let settings = self.film.settings();
+        Vec2(settings.width as usize, settings.height as usize)
+    }
+
+    pub fn names(&self) -> Vec<String> {
+        self.channels.iter().map(|(name, _)| name.clone()).collect()
+    }
+
+    pub fn value(&self, channel: usize, pixel: usize) -> f32 {
+        match self.channels[channel].1 {
             Source::Depth(first) => first.depth(pixel),
             Source::Normal(first, i) => first.normal(pixel)[i],
             Source::Albedo(first, i) => first.albedo(pixel)[i],
             Source::Mean(channel) => finite(self.film.pixel(pixel)[channel]),
             Source::Error(ref errors) => errors.standard_error(pixel) as f32,
-            Source::Rgb(c) => finite(linear_srgb_of_xyz(self.film.xyz(pixel))[c] * self.gain),
+            Source::Rgb(c) => preview(self.film.xyz(pixel), self.gain)[c],
         }
     }
 }
 
-impl<'a, 'film: 'a> WritableChannels<'a> for FilmChannels<'film> {
-    type Writer = &'a Self;
+/// What `R G B` are multiplied by at an exposure in stops.
+pub(super) fn preview_gain(exposure: f64) -> f64 {
+    exposure.exp2() / xyz_of_unit(Observer::Cie1931)[1]
+}
+
+/// `R G B` of a pixel.
+pub(super) fn preview(xyz: [f64; 3], gain: f64) -> [f32; 3] {
+    linear_srgb_of_xyz(xyz).map(|v| finite(v * gain))
+}
+
+impl<'a, 'planes: 'a> WritableChannels<'a> for &'planes Planes<'planes> {
+    type Writer = &'planes Planes<'planes>;
 
     fn infer_channel_list(&self) -> ChannelList {
         let describe = |name: &String| ChannelDescription::new(text(name), SampleType::F32, false);
-        ChannelList::new(self.channels.iter().map(|(name, _)| describe(name)).collect())
+        ChannelList::new(self.names.iter().map(describe).collect())
     }
 
     fn infer_level_modes(&self) -> (LevelMode, exr::math::RoundingMode) {
@@ -252,15 +298,13 @@ impl<'a, 'film: 'a> WritableChannels<'a> for FilmChannels<'film> {
     }
 }
 
-impl ChannelsWriter for &FilmChannels<'_> {
+impl ChannelsWriter for &Planes<'_> {
     fn extract_uncompressed_block(&self, header: &Header, block: BlockIndex) -> Vec<u8> {
-        let width = self.film.settings().width as usize;
         UncompressedBlock::collect_block_data_from_lines(&header.channels, block, |line| {
             let at = line.location;
-            let first = at.position.y() * width + at.position.x();
-            let source = &self.channels[at.channel].1;
+            let first = at.position.y() * self.size.width() + at.position.x();
             for (bytes, pixel) in line.value.chunks_exact_mut(4).zip(first..first + at.sample_count) {
-                bytes.copy_from_slice(&self.value(pixel, source).to_ne_bytes());
+                bytes.copy_from_slice(&(self.value)(at.channel, pixel).to_ne_bytes());
             }
         })
     }

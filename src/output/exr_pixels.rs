@@ -23,21 +23,42 @@ struct Row<'a> {
     planes: Vec<&'a mut [f32]>,
 }
 
-/// Reads layer `layer` at full resolution: the channels `selected`, each with a factor, side by side for every pixel, and the channels `others` one by one.
+/// Hands every line of layer `layer` at full resolution to `visit`: channel, column of the first value, row, and the values. Lines come in any order and
+/// from several threads, each part of a row of a channel once.
 ///
 /// # Errors
 /// Those of the file: damaged, cut short, or of a compression that is not supported.
+pub(super) fn read_lines<R: Read + Seek + Send>(
+    reader: Reader<R>,
+    layer: usize,
+    visit: impl Fn(usize, usize, usize, &[f32]) + Sync,
+) -> Result<()> {
+    let meta = reader.meta_data().clone();
+    let header = &meta.headers[layer];
+    let chunks = reader.filter_chunks(false, |_, _, block| block.layer == layer && block.level == Vec2(0, 0))?;
+    chunks.par_bridge().try_for_each_init(Vec::new, |values: &mut Vec<f32>, chunk| {
+        let block = UncompressedBlock::decompress_chunk(chunk?, &meta, false)?;
+        for line in block.lines(&header.channels) {
+            let (Vec2(x, y), channel) = (line.location.position, line.location.channel);
+            unpack(line.value, header.channels.list[channel].sample_type, values);
+            visit(channel, x, y, values);
+        }
+        Ok(())
+    })
+}
+
+/// Reads layer `layer`: the channels `selected`, each with a factor, side by side for every pixel, and the channels `others` one by one.
+///
+/// # Errors
+/// As [`read_lines`].
 pub(super) fn read_pixels<R: Read + Seek + Send>(
     reader: Reader<R>,
     layer: usize,
     selected: &[(usize, f64)],
     others: &[usize],
 ) -> Result<Pixels> {
-    let meta = reader.meta_data().clone();
-    let header = &meta.headers[layer];
-    let (width, height) = (header.layer_size.width(), header.layer_size.height());
-    let chunks = reader.filter_chunks(false, |_, _, block| block.layer == layer && block.level == Vec2(0, 0))?;
-
+    let size = reader.headers()[layer].layer_size;
+    let (width, height) = (size.width(), size.height());
     let mut interleaved = vec![0.0; width * height * selected.len()];
     let mut planes = vec![vec![0.0; width * height]; others.len()];
     let mut plane_rows: Vec<_> = planes.iter_mut().map(|plane| plane.chunks_exact_mut(width)).collect();
@@ -45,27 +66,20 @@ pub(super) fn read_pixels<R: Read + Seek + Send>(
     let rows: Vec<Mutex<Row>> = rows
         .map(|interleaved| Mutex::new(Row { interleaved, planes: plane_rows.iter_mut().filter_map(Iterator::next).collect() }))
         .collect();
-
-    chunks.par_bridge().try_for_each_init(Vec::new, |values: &mut Vec<f32>, chunk| {
-        let block = UncompressedBlock::decompress_chunk(chunk?, &meta, false)?;
-        for line in block.lines(&header.channels) {
-            let (Vec2(x, y), channel) = (line.location.position, line.location.channel);
-            unpack(line.value, header.channels.list[channel].sample_type, values);
-            // Tiles beside each other share rows.
-            let mut row = rows[y].lock().unwrap_or_else(PoisonError::into_inner);
-            for (at, &(_, scale)) in selected.iter().enumerate().filter(|(_, (c, _))| *c == channel) {
-                let places = row.interleaved[x * selected.len() + at..].iter_mut().step_by(selected.len());
-                if scale == 1.0 {
-                    places.zip(&*values).for_each(|(place, &v)| *place = v);
-                } else {
-                    places.zip(&*values).for_each(|(place, &v)| *place = (f64::from(v) * scale) as f32);
-                }
-            }
-            if let Some(at) = others.iter().position(|c| *c == channel) {
-                row.planes[at][x..x + values.len()].copy_from_slice(values);
+    read_lines(reader, layer, |channel, x, y, values| {
+        // Tiles beside each other share rows.
+        let mut row = rows[y].lock().unwrap_or_else(PoisonError::into_inner);
+        for (at, &(_, scale)) in selected.iter().enumerate().filter(|(_, (c, _))| *c == channel) {
+            let places = row.interleaved[x * selected.len() + at..].iter_mut().step_by(selected.len());
+            if scale == 1.0 {
+                places.zip(values).for_each(|(place, &v)| *place = v);
+            } else {
+                places.zip(values).for_each(|(place, &v)| *place = (f64::from(v) * scale) as f32);
             }
         }
-        Ok::<(), exr::error::Error>(())
+        if let Some(at) = others.iter().position(|c| *c == channel) {
+            row.planes[at][x..x + values.len()].copy_from_slice(values);
+        }
     })?;
     drop(rows);
     Ok(Pixels { interleaved, planes })

@@ -1,14 +1,17 @@
 //! Reading spectral EXRs of the layout in [`super::exr`]: ours and other programs', with any list of wavelengths, half or float, and those of
-//! which a [`Bands`] table says what the channels are.
+//! which a [`Bands`] table says what the channels are. A checkpoint is read as the EXR that its render would write.
 
 use super::bands::{Bands, Selection};
-use super::exr::error_channel_name;
-use super::exr_pixels::read_pixels;
-use super::open_plain;
+use super::exr::{Aovs, FilmChannels, Provenance, SOFTWARE, attributes, error_channel_name};
+use super::exr_pixels::{read_lines, read_pixels};
+use super::{Checkpoint, open_plain};
 use crate::error::{Error, Result};
-use exr::meta::attribute::{AttributeValue, Text};
+use crate::film::Film;
+use exr::block::reader::Reader;
+use exr::meta::attribute::AttributeValue;
 use exr::meta::header::Header;
-use exr::prelude::Compression;
+use exr::prelude::{Compression, Vec2};
+use std::fs::File;
 use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
@@ -41,10 +44,51 @@ pub struct SpectralImage {
     pub attributes: Vec<(String, String)>,
 }
 
+/// What a file says of itself.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct About {
+    pub width: usize,
+    pub height: usize,
+    /// Names of all channels.
+    pub names: Vec<String>,
+    pub selection: Selection,
+    /// As [`SpectralImage::attributes`].
+    pub attributes: Vec<(String, String)>,
+}
+
+impl About {
+    /// An attribute of the header.
+    pub fn attribute(&self, name: &str) -> Option<&str> {
+        self.attributes.iter().find(|(n, _)| n == name).map(|(_, value)| value.as_str())
+    }
+}
+
+/// A spectral EXR whose header has been read.
+pub(super) struct Opened<R: Read + Seek> {
+    reader: Reader<R>,
+    layer: usize,
+    pub about: About,
+}
+
 /// Why a file is not read, and what to do about it.
-struct Refusal {
+pub(super) struct Refusal {
     problem: String,
     remedy: &'static str,
+}
+
+impl Refusal {
+    fn of(self, path: &Path) -> Error {
+        Error::file(path, self.problem, self.remedy)
+    }
+}
+
+/// Opens a file, or says what is wrong with it.
+///
+/// # Errors
+/// [`Error::File`] as of [`SpectralImage::read`].
+pub(super) fn open_exr(path: &Path, bands: Option<&Bands>) -> Result<Opened<BufReader<File>>> {
+    let (file, length) = open_plain(path).map_err(|e| Error::file(path, format!("cannot read: {e}"), "check the path"))?;
+    Opened::new(BufReader::new(file), length, bands).map_err(|refusal| refusal.of(path))
 }
 
 fn not_spectral(problem: impl ToString) -> Refusal {
@@ -73,54 +117,48 @@ impl SpectralImage {
     /// # Errors
     /// [`Error::File`] as of [`SpectralImage::read`], and where only some of the bands are there.
     pub fn read_with(path: &Path, bands: Option<&Bands>) -> Result<Self> {
-        let (file, length) = open_plain(path).map_err(|e| Error::file(path, format!("cannot read: {e}"), "check the path"))?;
-        Self::decode(BufReader::new(file), length, bands).map_err(|refusal| Error::file(path, refusal.problem, refusal.remedy))
+        if Checkpoint::is_one(path) {
+            let (rendering, provenance, errors) = Checkpoint::open(path)?.rendering()?;
+            let aovs = Aovs { errors, ..Aovs::default() };
+            return Self::of_film(&rendering.film, &provenance, aovs).map_err(|refusal| refusal.of(path));
+        }
+        open_exr(path, bands)?.read().map_err(|refusal| refusal.of(path))
     }
 
     /// Reads a file that is in memory; the error says what is wrong with it.
     pub fn from_bytes(bytes: &[u8]) -> std::result::Result<Self, String> {
-        Self::decode(Cursor::new(bytes), bytes.len() as u64, None).map_err(|refusal| refusal.problem)
+        let read = Opened::new(Cursor::new(bytes), bytes.len() as u64, None).and_then(Opened::read);
+        read.map_err(|refusal| refusal.problem)
     }
 
-    /// Decodes the `length` bytes of `source`.
-    fn decode(source: impl Read + Seek + Send, length: u64, bands: Option<&Bands>) -> std::result::Result<Self, Refusal> {
-        let reader = exr::block::read(source, false).map_err(unreadable)?;
-        check_size(reader.headers(), length).map_err(unreadable)?;
+    /// What [`super::write_exr`] would write, read again.
+    fn of_film(film: &Film, provenance: &Provenance, aovs: Aovs) -> std::result::Result<Self, Refusal> {
+        let channels = FilmChannels::new(film, provenance, &aovs);
+        let names = channels.names();
+        let selection = select(&names, None).ok_or("no bins").map_err(not_spectral)?.map_err(not_spectral)?;
+        let pixels = 0..film.pixels();
+        let spectrum = |pixel: usize| selection.channels.iter().map(move |(c, _)| (*c, pixel));
+        let data = pixels.clone().flat_map(spectrum).map(|(c, pixel)| channels.value(c, pixel)).collect();
+        let plane = |c: usize| pixels.clone().map(|pixel| channels.value(c, pixel)).collect();
+        let others = selection.others(&names).into_iter().map(|c| (names[c].clone(), plane(c))).collect();
+        let attributes = attributes(film, provenance, &aovs).into_iter();
+        let attributes = plain_attributes(attributes.map(|(name, value)| (name.to_string(), value)), Some(SOFTWARE.to_string()));
+        let Vec2(width, height) = channels.size();
+        Ok(Self::assembled((width, height), selection, data, others, attributes))
+    }
 
-        let spectral = |header: &Header| {
-            let names: Vec<String> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
-            bands.and_then(|bands| bands.select(&names)).or_else(|| Selection::of_layout(&names))
-        };
-        let (layer, selection) = reader
-            .headers()
-            .iter()
-            .enumerate()
-            .find_map(|(layer, header)| spectral(header).map(|selection| (layer, selection)))
-            .ok_or(if bands.is_some() { "none of the bands" } else { "no spectral channels (S0.<wavelength>nm)" })
-            .map_err(not_spectral)?;
-        let Selection { quantity, channels: selected, wavelengths_nm, mut edges_nm } = selection.map_err(not_spectral)?;
-        let header = reader.headers()[layer].clone();
-        let (width, height) = (header.layer_size.width(), header.layer_size.height());
-        let other = |channel: &usize| !selected.iter().any(|(c, _)| c == channel);
-        let others: Vec<usize> = (0..header.channels.list.len()).filter(other).collect();
-        let pixels = read_pixels(reader, layer, &selected, &others).map_err(unreadable)?;
-        let names = others.iter().map(|&channel| header.channels.list[channel].name.to_string());
-        let (data, others) = (pixels.interleaved, names.zip(pixels.planes).collect());
-
-        let all = header.shared_attributes.other.iter().chain(&header.own_attributes.other);
-        let mut attributes: Vec<(String, String)> =
-            all.filter_map(|(name, value)| Some((name.to_string(), plain(value)?))).collect();
-        let software = header.own_attributes.software_name.as_ref();
-        attributes.extend(software.map(|name: &Text| ("software".to_string(), name.to_string())));
-        attributes.sort();
-        let range = attributes.iter().find(|(name, _)| name == "abbe.range").and_then(|(_, range)| {
-            let mut ends = range.split(' ').map_while(|word| word.parse::<f64>().ok());
-            Some([ends.next()?, ends.next()?])
-        });
-        if let ([_], Some(range)) = (wavelengths_nm.as_slice(), range) {
-            edges_nm = range.to_vec();
+    fn assembled(
+        (width, height): (usize, usize),
+        selection: Selection,
+        data: Vec<f32>,
+        others: Vec<(String, Vec<f32>)>,
+        attributes: Vec<(String, String)>,
+    ) -> Self {
+        let Selection { quantity, wavelengths_nm, mut edges_nm, .. } = selection;
+        if let ([_], Some((lo, hi))) = (wavelengths_nm.as_slice(), range_nm(&attributes)) {
+            edges_nm = vec![lo, hi];
         }
-        Ok(SpectralImage { width, height, quantity, wavelengths_nm, edges_nm, data, others, attributes })
+        SpectralImage { width, height, quantity, wavelengths_nm, edges_nm, data, others, attributes }
     }
 
     /// Number of wavelengths.
@@ -158,6 +196,65 @@ impl SpectralImage {
     }
 }
 
+/// First and last wavelength of a film, nm, where the header says so.
+pub(super) fn range_nm(attributes: &[(String, String)]) -> Option<(f64, f64)> {
+    let (_, range) = attributes.iter().find(|(name, _)| name == "abbe.range")?;
+    let mut ends = range.split(' ').map_while(|word| word.parse::<f64>().ok());
+    Some((ends.next()?, ends.next()?))
+}
+
+/// The channels that are spectral: those of `bands` or, where there are none of them, those that name their wavelengths.
+fn select(names: &[String], bands: Option<&Bands>) -> Option<std::result::Result<Selection, String>> {
+    bands.and_then(|bands| bands.select(names)).or_else(|| Selection::of_layout(names))
+}
+
+impl<R: Read + Seek + Send> Opened<R> {
+    /// Reads the header of the `length` bytes of `source`.
+    fn new(source: R, length: u64, bands: Option<&Bands>) -> std::result::Result<Self, Refusal> {
+        let reader = exr::block::read(source, false).map_err(unreadable)?;
+        check_size(reader.headers(), length).map_err(unreadable)?;
+        let names = |header: &Header| header.channels.list.iter().map(|c| c.name.to_string()).collect::<Vec<_>>();
+        let spectral = |header: &Header| {
+            let names = names(header);
+            select(&names, bands).map(|selection| (names, selection))
+        };
+        let mut layers = reader.headers().iter().enumerate();
+        let (layer, (names, selection)) = layers
+            .find_map(|(layer, header)| spectral(header).map(|found| (layer, found)))
+            .ok_or(if bands.is_some() { "none of the bands" } else { "no spectral channels (S0.<wavelength>nm)" })
+            .map_err(not_spectral)?;
+        let selection = selection.map_err(not_spectral)?;
+        let header = &reader.headers()[layer];
+        let Vec2(width, height) = header.layer_size;
+        let all = header.shared_attributes.other.iter().chain(&header.own_attributes.other);
+        let all = all.map(|(name, value)| (name.to_string(), value.clone()));
+        let attributes = plain_attributes(all, header.own_attributes.software_name.as_ref().map(ToString::to_string));
+        let about = About { width, height, names, selection, attributes };
+        Ok(Opened { reader, layer, about })
+    }
+
+    fn read(self) -> std::result::Result<SpectralImage, Refusal> {
+        let Opened { reader, layer, about: About { width, height, names, selection, attributes } } = self;
+        let others = selection.others(&names);
+        let pixels = read_pixels(reader, layer, &selection.channels, &others).map_err(unreadable)?;
+        let others = others.into_iter().map(|channel| names[channel].clone()).zip(pixels.planes).collect();
+        Ok(SpectralImage::assembled((width, height), selection, pixels.interleaved, others, attributes))
+    }
+
+    /// Hands its pixels over, as [`read_lines`] does; the error says what is wrong with the file.
+    pub fn lines(self, visit: impl Fn(usize, usize, usize, &[f32]) + Sync) -> std::result::Result<(), String> {
+        read_lines(self.reader, self.layer, visit).map_err(|e| e.to_string())
+    }
+}
+
+/// Those that are texts or numbers, sorted.
+fn plain_attributes(all: impl Iterator<Item = (String, AttributeValue)>, software: Option<String>) -> Vec<(String, String)> {
+    let mut attributes: Vec<(String, String)> = all.filter_map(|(name, value)| Some((name, plain(&value)?))).collect();
+    attributes.extend(software.map(|name| ("software".to_string(), name)));
+    attributes.sort();
+    attributes
+}
+
 /// Refuses a header that promises more pixels than the file can hold, before anyone allocates for them.
 fn check_size(headers: &[Header], length: u64) -> std::result::Result<(), String> {
     for header in headers {
@@ -169,7 +266,7 @@ fn check_size(headers: &[Header], length: u64) -> std::result::Result<(), String
         if width * height * per_pixel > most {
             return Err(format!("the header promises {width}x{height} pixels, more than {length} bytes can hold"));
         }
-        if header.channels.list.iter().any(|c| c.sampling != exr::prelude::Vec2(1, 1)) {
+        if header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1)) {
             return Err("subsampled channels are not supported".to_string());
         }
     }

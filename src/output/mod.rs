@@ -3,6 +3,7 @@
 mod bands;
 mod checkpoint;
 pub mod exr;
+mod exr_merge;
 mod exr_pixels;
 mod exr_read;
 mod exr_xyz;
@@ -12,8 +13,9 @@ pub mod picture;
 pub use bands::{Band, Bands};
 pub use checkpoint::{Checkpoint, write_checkpoint};
 pub use exr::{Provenance, write_exr};
+pub use exr_merge::{Merged, merge_exrs};
 pub use exr_read::{Quantity, SpectralImage};
-pub use picture::{write_picture, write_rgb};
+pub use picture::{picture_exposure, write_picture, write_rgb};
 
 use crate::error::{Error, Result};
 use std::ffi::OsStr;

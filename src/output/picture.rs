@@ -2,11 +2,13 @@
 
 use super::icc;
 use super::replace_file;
+use crate::color::cie::is_visible;
 use crate::color::space::Space;
 use crate::develop::gpu;
-use crate::develop::picture::{Developer, Development, Whole};
+use crate::develop::picture::{AUTO_SHARE, Developer, Development, Whole, auto_exposure};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
+use crate::spectrum::library::Observer;
 use exr::meta::attribute::{Chromaticities, Text};
 use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage};
 use image::codecs::jpeg::JpegEncoder;
@@ -52,6 +54,13 @@ impl Default for Precision {
     fn default() -> Self {
         Precision { sixteen_bits: false, dither: true, quality: 95 }
     }
+}
+
+/// Exposure in stops of the picture that goes with a spectral EXR of wavelengths from `lo` to `hi` nm, as the file holds it: the one `given`, or that of the
+/// picture of `xyz` itself; of what nobody sees, 0.
+pub fn picture_exposure(xyz: &[[f32; 3]], (lo, hi): (f64, f64), given: Option<f64>) -> f64 {
+    let own = || if is_visible(lo, hi) { auto_exposure(xyz, Observer::Cie1931, AUTO_SHARE) } else { 0.0 };
+    f64::from(given.unwrap_or_else(own) as f32)
 }
 
 /// Develops `xyz` (cd m^-2, row by row from the upper left, `width` pixels each) and writes it in the format that the name's ending says, by a

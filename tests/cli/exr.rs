@@ -54,6 +54,8 @@ fn provenance() -> Provenance {
         max_depth: 64,
         device: "a device".to_string(),
         seed: u64::MAX,
+        techniques: "all".to_string(),
+        merging: false,
         seconds: 1.5,
         stats: BatchStats {
             paths: 1,

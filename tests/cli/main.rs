@@ -11,13 +11,20 @@ mod exr;
 #[cfg(target_os = "linux")]
 mod faults;
 mod glass;
+mod merge;
 mod outputs;
 mod plot;
 mod probe;
 #[cfg(unix)]
+#[path = "../support/random.rs"]
+mod random;
 mod settings;
+#[cfg(unix)]
 mod signals;
 mod support;
+#[cfg(unix)]
+#[path = "../support/sweep.rs"]
+mod sweep;
 
 use abbe::output::SpectralImage;
 use support::{Folder, SCENE, fails, text};

@@ -116,6 +116,8 @@ pub fn make(args: &Args, folder: &Path, path: &Path, scene: &Scene) -> Result<()
         max_depth: scene.max_depth,
         device: device.name,
         seed,
+        techniques: args.techniques.to_string(),
+        merging: device.merging,
         seconds: progress.elapsed.as_secs_f64(),
         stats: progress.stats,
         exposure: scene.film.exposure,
