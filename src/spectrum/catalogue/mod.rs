@@ -1,4 +1,4 @@
-//! Glasses from files: refractiveindex.info's ([`rii`], `.yml`), Zemax catalogues ([`agf`]), and columns of text with an index and, it may be, an extinction
+//! Glasses from files: refractiveindex.info's (`.yml`), Zemax catalogues (`.agf`), and columns of text with an index and, it may be, an extinction
 //! coefficient ([`super::measured`]).
 
 mod agf;

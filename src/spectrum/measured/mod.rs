@@ -1,5 +1,5 @@
-//! Measured spectra as instruments, catalogues and spreadsheets write them: columns of text ([`text`]), CGATS ([`cgats`]; ArgyllCMS's `.sp` and `.ti3`
-//! are such) and IES TM-27 ([`tm27`], `.spdx`).
+//! Measured spectra as instruments, catalogues and spreadsheets write them: columns of text, CGATS (ArgyllCMS's `.sp` and `.ti3`
+//! are such) and IES TM-27 (`.spdx`).
 
 mod cgats;
 mod text;
