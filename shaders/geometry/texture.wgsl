@@ -24,6 +24,11 @@ fn uv_at(number: u32, p: vec3f) -> vec2f {
     return (1.0 - b1 - b2) * ab.xy + b1 * ab.zw + b2 * c;
 }
 
+// What was taken off the coordinates of all points of a triangle: whole numbers.
+fn whole_uv(number: u32) -> vec2f {
+    return bitcast<vec4f>(load_textures(params.first_uv + 2u * primitive_at(number).place + 1u)).zw;
+}
+
 const WRAP_MIRROR = 1u;
 const WRAP_CLAMP = 2u;
 
@@ -31,6 +36,11 @@ const WRAP_CLAMP = 2u;
 fn wrap_coordinate(x: f32, mode: u32) -> f32 {
     let period = select(1.0, 2.0, mode == WRAP_MIRROR);
     return select(x - period * floor(x / period), clamp(x, 0.0, 1.0), mode == WRAP_CLAMP);
+}
+
+// `x` but for whole periods, and as it is where there are none.
+fn wrap_whole(x: f32, mode: u32) -> f32 {
+    return select(x - 2.0 * floor(0.5 * x), x, mode == WRAP_CLAMP);
 }
 
 fn wrap_texel(i: i32, size: i32, mode: u32) -> u32 {
@@ -51,31 +61,87 @@ struct Filtered {
     factor_row: u32,
     cutoff: f32,
     has_cutoff: bool,
+#if SPECTRAL_TEXELS
+    first: vec4u, // of the bins of the four texels
+    is_spectral: bool,
+#endif
+}
+
+#if SIGMOID_TEXELS
+// c0, c1, c2 and the factor of a sigmoid in eight bytes (pack_sigmoid in src/scene/texture/texels.rs).
+fn unpack_sigmoid(w: vec2u) -> vec4f {
+    let y = (14.0 / 32767.0) * (vec3f(f32(w.x & 0xffffu), f32(w.x >> 16u), f32(w.y & 0xffffu)) - 32768.0);
+    let t = 0.5 * (exp(y) - exp(-y));
+    let factor = select(exp2((f32(w.y >> 16u) - 32768.0) / 480.0), 0.0, w.y >> 16u == 0u);
+    return vec4f(2.0 * t.x - 4.0 * t.y + 2.0 * t.z, 4.0 * t.y - 3.0 * t.x - t.z, t.x, factor);
+}
+#endif
+
+// Texel `i` of a picture as c0, c1, c2 of a sigmoid and a factor; of a picture of vectors, x, y and z.
+fn load_texel(t: Texture, i: u32) -> vec4f {
+    let log_size = (t.sampling >> 9u) & 3u;
+    let at = i << log_size;
+    let q = load_textures(t.first_texel + (at >> 4u));
+    let pair = select(q.xy, q.zw, (at & 8u) != 0u);
+    let word = select(pair.x, pair.y, (at & 4u) != 0u);
+    let bits = 8u << log_size;
+    let number = (word >> (8u * (at & 3u))) & (0xffffffffu >> (32u - min(bits, 32u)));
+    switch (t.sampling >> 6u) & 7u {
+        case TEXELS_COLORS: {
+            return bitcast<vec4f>(load_textures(t.first_color + number));
+        }
+#if NORMAL_MAPS
+        case TEXELS_VECTORS: {
+            let bytes = unpack4x8unorm(word).xyz;
+            let words = vec3f(unpack2x16unorm(pair.x), unpack2x16unorm(pair.y).x);
+            return vec4f((2.0 * select(bytes, words, log_size == 3u) - 1.0) * vec3f(t.u.w, t.u.w, 1.0), 0.0);
+        }
+#endif
+#if SIGMOID_TEXELS
+        case TEXELS_SIGMOIDS: {
+            return unpack_sigmoid(pair);
+        }
+#endif
+        default: {
+            // The sigmoid of 0 is a half.
+            return vec4f(0.0, 0.0, 0.0, 2.0 * t.u.w * f32(number) / select(255.0, 65535.0, log_size == 1u));
+        }
+    }
 }
 
 // The texels around the point `p` of a triangle, and their weights.
 fn filter_texels(index: u32, primitive: u32, p: vec3f) -> Filtered {
     let t = load_Texture(index);
     let uv = vec3f(uv_at(primitive, p), 1.0);
+    let whole = whole_uv(primitive);
     let modes = vec2u(t.sampling & 3u, (t.sampling >> 2u) & 3u);
-    let nearest = (t.sampling >> 4u) != 0u;
+    let nearest = (t.sampling & 16u) != 0u;
     let size = vec2i(i32(t.width), i32(t.height));
-    let x = vec2f(wrap_coordinate(dot(t.u.xyz, uv), modes.x), wrap_coordinate(dot(t.v.xyz, uv), modes.y));
+    let far = vec2f(wrap_whole(dot(t.u.xy, whole), modes.x), wrap_whole(dot(t.v.xy, whole), modes.y));
+    let x = vec2f(wrap_coordinate(dot(t.u.xyz, uv) + far.x, modes.x), wrap_coordinate(dot(t.v.xyz, uv) + far.y, modes.y));
     let at = x * vec2f(size) - select(0.5, 0.0, nearest);
     let first = vec2i(floor(at));
     let s = select(at - floor(at), vec2f(0.0), nearest);
     let columns = vec2u(wrap_texel(first.x, size.x, modes.x), wrap_texel(first.x + 1, size.x, modes.x));
-    let rows = t.first_texel + t.width * vec2u(wrap_texel(first.y, size.y, modes.y), wrap_texel(first.y + 1, size.y, modes.y));
+    let rows = t.width * vec2u(wrap_texel(first.y, size.y, modes.y), wrap_texel(first.y + 1, size.y, modes.y));
+    let places = vec4u(rows.xx + columns, rows.yy + columns);
     var f: Filtered;
-    f.c00 = bitcast<vec4f>(load_textures(rows.x + columns.x));
-    f.c10 = bitcast<vec4f>(load_textures(rows.x + columns.y));
-    f.c01 = bitcast<vec4f>(load_textures(rows.y + columns.x));
-    f.c11 = bitcast<vec4f>(load_textures(rows.y + columns.y));
     f.weights = vec4f((1.0 - s.x) * (1.0 - s.y), s.x * (1.0 - s.y), (1.0 - s.x) * s.y, s.x * s.y);
     f.x_row = t.x_row;
     f.factor_row = t.factor_row;
     f.cutoff = t.cutoff;
-    f.has_cutoff = t.has_cutoff != 0u;
+    f.has_cutoff = (t.sampling & 32u) != 0u;
+#if SPECTRAL_TEXELS
+    f.is_spectral = ((t.sampling >> 6u) & 7u) == TEXELS_SPECTRA;
+    if (f.is_spectral) {
+        f.first = t.first_texel + t.first_color * places;
+        return f;
+    }
+#endif
+    f.c00 = load_texel(t, places.x);
+    f.c10 = load_texel(t, places.y);
+    f.c01 = load_texel(t, places.z);
+    f.c11 = load_texel(t, places.w);
     return f;
 }
 
@@ -85,8 +151,25 @@ fn texel_spectrum(c: vec4f, x: vec4f) -> vec4f {
     return c.w * (0.5 + 0.5 * t * inverseSqrt(1.0 + t * t));
 }
 
+#if SPECTRAL_TEXELS
+// The filtered value of a bin.
+fn filtered_bin(f: Filtered, bin: f32) -> f32 {
+    let n = u32(bin);
+    let at = f.first + n / 4u;
+    let values = vec4f(component(bitcast<vec4f>(load_textures(at.x)), n % 4u), component(bitcast<vec4f>(load_textures(at.y)), n % 4u),
+        component(bitcast<vec4f>(load_textures(at.z)), n % 4u), component(bitcast<vec4f>(load_textures(at.w)), n % 4u));
+    return dot(f.weights, values);
+}
+#endif
+
 fn filtered_spectrum(f: Filtered, k: u32) -> vec4f {
     let x = spectrum(f.x_row, k);
+#if SPECTRAL_TEXELS
+    if (f.is_spectral) {
+        let bins = vec4f(filtered_bin(f, x.x), filtered_bin(f, x.y), filtered_bin(f, x.z), filtered_bin(f, x.w));
+        return bins * spectrum(f.factor_row, k);
+    }
+#endif
     var sum = f.weights.x * texel_spectrum(f.c00, x) + f.weights.y * texel_spectrum(f.c10, x)
         + f.weights.z * texel_spectrum(f.c01, x) + f.weights.w * texel_spectrum(f.c11, x);
     sum = select(sum, select(vec4f(0.0), vec4f(1.0), sum >= vec4f(f.cutoff)), f.has_cutoff);

@@ -24,16 +24,39 @@ fn environment_texel(light: Light, d: vec3f) -> u32 {
     return u32(row * width + column);
 }
 
-// Radiance of a texel: upsampled colour times the colour space's white.
-fn environment_radiance(light: Light, at: u32, k: u32) -> vec4f {
-    let c = load_environment(2u * at);
-    let x = spectrum(bitcast<u32>(light.p2.w), k);
-    let t = (c.x * x + c.y) * x + c.z;
-    return c.w * (0.5 + 0.5 * t * inverseSqrt(1.0 + t * t)) * spectrum(light.row, k);
+// Where a texel stands in the table: how it is chosen, then what is in it.
+fn place_in_environment(light: Light, at: u32) -> u32 {
+#if ENV_SPECTRA
+    return (light.two_sided + 1u) * at;
+#else
+    return 2u * at;
+#endif
 }
 
-fn pdf_environment_image(at: u32) -> f32 {
-    return load_environment(2u * at + 1u).z;
+#if ENV_SPECTRA
+// The value of a bin of the texel that begins at `first`.
+fn environment_bin(first: u32, bin: f32) -> f32 {
+    let n = u32(bin);
+    return component(load_environment(first + n / 4u), n % 4u);
+}
+#endif
+
+// Radiance of a texel: upsampled colour, or what its bins have, times what all are multiplied by.
+fn environment_radiance(light: Light, at: u32, k: u32) -> vec4f {
+    let first = place_in_environment(light, at) + 1u;
+    let x = spectrum(bitcast<u32>(light.p2.w), k);
+#if ENV_SPECTRA
+    let bins = vec4f(environment_bin(first, x.x), environment_bin(first, x.y), environment_bin(first, x.z), environment_bin(first, x.w));
+    return bins * spectrum(light.row, k);
+#else
+    let c = load_environment(first);
+    let t = (c.x * x + c.y) * x + c.z;
+    return c.w * (0.5 + 0.5 * t * inverseSqrt(1.0 + t * t)) * spectrum(light.row, k);
+#endif
+}
+
+fn pdf_environment_image(light: Light, at: u32) -> f32 {
+    return load_environment(place_in_environment(light, at)).z;
 }
 
 fn sample_environment_image(light: Light, u: vec2f) -> LightSample {
@@ -42,7 +65,7 @@ fn sample_environment_image(light: Light, u: vec2f) -> LightSample {
     let height = light.p1.w;
     let x = u.x * width * height;
     var at = u32(min(x, width * height - 1.0));
-    let alias_entry = load_environment(2u * at + 1u);
+    let alias_entry = load_environment(place_in_environment(light, at));
     let f = x - f32(at);
     var within = f / alias_entry.x;
     if (f >= alias_entry.x) {
@@ -62,7 +85,7 @@ fn sample_environment_image(light: Light, u: vec2f) -> LightSample {
     s.distance = INFINITE;
     s.texel = at;
     s.row = light.row;
-    s.density = light.probability * pdf_environment_image(at);
+    s.density = light.probability * pdf_environment_image(light, at);
     s.weight = 1.0 / s.density;
     s.hittable = 1.0;
     return s;
@@ -104,7 +127,7 @@ fn sample_li_environment(light: Light, u: vec2f) -> LightSample {
 fn pdf_li_environment(light: Light, texel: u32) -> f32 {
 #if ENV_IMAGE
     if (light.kind == LIGHT_KIND_IMAGE) {
-        return light.probability * pdf_environment_image(texel);
+        return light.probability * pdf_environment_image(light, texel);
     }
 #endif
     if (light.kind == LIGHT_KIND_SUN) {
@@ -121,7 +144,7 @@ fn pdf_le_environment(light: Light, o: vec3f, d: vec3f, at: u32) -> f32 {
     let across = light.probability * select(halves, wide, total * wide >= 1.0);
 #if ENV_IMAGE
     if (light.kind == LIGHT_KIND_IMAGE) {
-        return across * pdf_environment_image(at);
+        return across * pdf_environment_image(light, at);
     }
 #endif
     if (light.kind == LIGHT_KIND_SUN) {
@@ -193,7 +216,7 @@ fn add_environment(d: vec3f) {
 #if ENV_IMAGE
             case LIGHT_KIND_IMAGE: {
                 let at = environment_texel(light, d);
-                let w = mis_weight_emitter_hit(light.probability * pdf_environment_image(at), distant_emission(light, d, at));
+                let w = mis_weight_emitter_hit(light.probability * pdf_environment_image(light, at), distant_emission(light, d, at));
                 for (var k = 0u; k < WAVELENGTHS4; k++) {
                     li[k] += w * beta[k] * environment_radiance(light, at, k);
                 }

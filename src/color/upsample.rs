@@ -62,16 +62,17 @@ pub fn white() -> Spectrum {
 }
 
 /// Sigmoid coefficients and factor of one texel of a picture of light, to be multiplied by [`white`]: as
-/// [`emission_from_linear_srgb`], in about two microseconds. Components that are negative or not finite count as 0.
+/// [`emission_from_linear_srgb`], in about two microseconds. Negative components are those of colours outside the gamut, of which the nearest on the way
+/// from grey is taken that light can have; a colour without a positive component is black.
 pub fn emission_texel(rgb: [f64; 3]) -> ([f64; 3], f64) {
-    emission_coefficients(rgb.map(|v| if v.is_finite() { v.max(0.0) } else { 0.0 }), texel_coefficients)
+    emission_coefficients(rgb.map(|v| if v.is_finite() { v } else { 0.0 }), texel_coefficients)
 }
 
 /// Sigmoid coefficients and factor of one texel of a picture of reflectances: as [`reflectance_from_linear_srgb`], in about two microseconds.
-/// Components are clamped to [0, 1]; grey is exact.
+/// Components outside [0, 1] are those of colours outside the gamut; grey is exact, and within it.
 pub fn reflectance_texel(rgb: [f64; 3]) -> ([f64; 3], f64) {
-    let rgb = rgb.map(|v| v.clamp(0.0, 1.0));
-    if rgb[0] == rgb[1] && rgb[1] == rgb[2] { ([0.0; 3], 2.0 * rgb[0]) } else { (texel_coefficients(rgb), 1.0) }
+    let is_grey = rgb[0] == rgb[1] && rgb[1] == rgb[2];
+    if is_grey { ([0.0; 3], 2.0 * rgb[0].clamp(0.0, 1.0)) } else { (texel_coefficients(rgb), 1.0) }
 }
 
 /// Twice the largest component is factored out, which keeps the sigmoid where it is smoothest.
@@ -83,9 +84,15 @@ fn emission_coefficients(rgb: [f64; 3], solve: fn([f64; 3]) -> [f64; 3]) -> ([f6
     (solve(rgb.map(|v| 0.5 * v / max)), 2.0 * max)
 }
 
-/// Sigmoid coefficients of a reflectance of colour `rgb` (clamped to [0, 1]), by following the solution from grey.
+/// `INSET` away from 0 and 1; components beyond are those of colours outside the gamut, which a sigmoid may well have.
+fn target(rgb: [f64; 3]) -> [f64; 3] {
+    rgb.map(|v| if (0.0..=1.0).contains(&v) { v.clamp(INSET, 1.0 - INSET) } else { v })
+}
+
+/// Sigmoid coefficients of a reflectance of colour `rgb`, or of one near it on the way from grey that a reflectance can have, by following the solution from
+/// there.
 pub fn coefficients(rgb: [f64; 3]) -> [f64; 3] {
-    let target = rgb.map(|v| v.clamp(INSET, 1.0 - INSET));
+    let target = target(rgb);
     let mut c = [0.0; 3];
     // Each stage starts near its solution; the last ones are close together because coefficients grow without bound towards 0 and 1.
     for share in [0.5, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.998, 0.999, 1.0] {
@@ -97,7 +104,7 @@ pub fn coefficients(rgb: [f64; 3]) -> [f64; 3] {
 /// [`coefficients`] for many colours: Newton steps from a table's value, good to 1e-4.
 pub fn texel_coefficients(rgb: [f64; 3]) -> [f64; 3] {
     const GOOD: f64 = 1e-4;
-    let target = rgb.map(|v| v.clamp(INSET, 1.0 - INSET));
+    let target = target(rgb);
     let (c, error) = newton(START.interpolate(target), target, GOOD, 12);
     if error <= GOOD { c } else { coefficients(rgb) }
 }

@@ -121,10 +121,20 @@ shared_constants! {
     LIGHT_KIND_SUN = 7;
     /// Row only.
     LIGHT_KIND_CONSTANT = 8;
-    /// `p0`, `p1`, `p2`: rows of the rotation into the picture, `w`: width, height, row of the upsampling coordinate.
+    /// `p0`, `p1`, `p2`: rows of the rotation into the picture, `w`: width, height, row of the upsampling coordinate, or of the bins of spectra.
     LIGHT_KIND_IMAGE = 9;
     /// `p0`: position, `w`: first texel of its profile; `p1`: axis, `w`: flux over greatest intensity, sr; `p2`: direction of azimuth 0.
     LIGHT_KIND_PROFILE = 10;
+    /// What the texels of a picture are: whole numbers, of which the greatest is 1.
+    TEXELS_NUMBERS = 0;
+    /// Places in a list of colours.
+    TEXELS_COLORS = 1;
+    /// Vectors of whole numbers, which stand for -1 to 1.
+    TEXELS_VECTORS = 2;
+    /// Sigmoids in eight bytes (pack_sigmoid in src/scene/texture/texels.rs).
+    TEXELS_SIGMOIDS = 3;
+    /// Spectra in bins.
+    TEXELS_SPECTRA = 4;
     /// Surfaces in a row that a ray may pass straight through before it is given up.
     MAX_CROSSINGS = 10000;
     /// Rays traced.
@@ -437,23 +447,24 @@ shared_records! {
 
     /// A picture on surfaces.
     struct Texture {
-        /// First texel in the table.
+        /// Texel of the table at which its own begin.
         first_texel: u32,
         /// Texels in a row.
         width: u32,
         /// Rows.
         height: u32,
-        /// Bits 0-1, 2-3: wrapping across and down (0 repeat, 1 mirror, 2 clamp); bit 4: nearest texel only.
+        /// Bits 0-1, 2-3: wrapping across and down (0 repeat, 1 mirror, 2 clamp); bit 4: nearest texel only; bit 5: there is a cutoff; bits 6-8: TEXELS_*;
+        /// bits 9-10: logarithm of the bytes of a texel.
         sampling: u32,
         /// Row of what texels are multiplied by.
         factor_row: u32,
-        /// Row of the upsampling coordinate.
+        /// Row of the upsampling coordinate, or of the bins of spectra.
         x_row: u32,
-        /// Filtered values from here on count as 1, others as 0 ...
+        /// Filtered values from here on count as 1, others as 0.
         cutoff: f32,
-        /// ... if this is 1.
-        has_cutoff: u32,
-        /// The picture's horizontal coordinate over the surface's (u, v, 1).
+        /// Texel of the table at which its colours begin; of spectra, how many a pixel takes.
+        first_color: u32,
+        /// The picture's horizontal coordinate over the surface's (u, v, 1); `w`: factor of numbers, and of x and y of vectors.
         u: Vec4,
         /// Its vertical coordinate.
         v: Vec4,
@@ -511,7 +522,7 @@ shared_records! {
         row: u32,
         /// The emitting primitive, or NO_INDEX.
         primitive: u32,
-        /// 1 if it emits on both sides.
+        /// 1 if it emits on both sides; of a picture of the surroundings, how many texels of the table what is in one of its own takes.
         two_sided: u32,
         /// See the kind.
         p0: Vec4,

@@ -5,7 +5,8 @@ use super::Techniques;
 use crate::geometry::{Bounds, bounds};
 use crate::gpu::scene::{SLOTS, light_grid_pays};
 use crate::scene::volumes::most_overlapping;
-use crate::scene::{Filter, Geometry, Interior, Light, Material, Mesh, Scene, Sensor, Shape, Starts};
+use crate::scene::texture::{self, Texels};
+use crate::scene::{EnvironmentTexels, Filter, Geometry, Interior, Light, Material, Mesh, Scene, Sensor, Shape, Starts};
 use crate::spectrum::Ior;
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -115,6 +116,10 @@ features! {
     };
     /// Pictures on surfaces.
     Textures "TEXTURES" in Materials as "textures" if |n| n.has(Feature::LightTextures) || n.material(|m| m.image().is_some());
+    /// Pictures in eight bytes a texel.
+    SigmoidTexels "SIGMOID_TEXELS" if |n| n.texels(|t| matches!(t, Texels::Sigmoids { .. }));
+    /// Pictures of spectra.
+    SpectralTexels "SPECTRAL_TEXELS" if |n| n.texels(|t| matches!(t, Texels::Spectra { .. }));
     /// Materials made of others.
     Composite "COMPOSITE" if |n| {
         n.has(Feature::Coat) || n.has(Feature::Sheen) || n.has(Feature::Graded) || n.has(Feature::Mix) || n.has(Feature::NormalMaps)
@@ -171,6 +176,9 @@ features! {
     EnvConstant "ENV_CONSTANT" in Lights as "constant environment" if |n| n.light(|l| matches!(l, Light::Constant { .. }));
     /// Light from a picture all around.
     EnvImage "ENV_IMAGE" in Lights as "environment picture" if |n| n.light(|l| matches!(l, Light::Image(_)));
+    /// A picture of spectra around the scene.
+    EnvSpectra "ENV_SPECTRA"
+        if |n| n.light(|l| matches!(l, Light::Image(map) if matches!(map.texels, EnvironmentTexels::Spectra(_))));
     /// Any light from infinity.
     LightEnvironment "LIGHT_ENVIRONMENT" if |n| n.has(Feature::LightSun) || n.has(Feature::EnvConstant) || n.has(Feature::EnvImage);
     /// Arctangents that are exact.
@@ -310,6 +318,11 @@ impl<'a> Needs<'a> {
 
     fn material(&self, f: impl Fn(&Material) -> bool) -> bool {
         self.used.iter().any(|&m| f(&self.scene.materials[m]))
+    }
+
+    /// Of a picture on a surface.
+    fn texels(&self, f: impl Fn(&Texels) -> bool) -> bool {
+        self.has(Feature::Textures) && texture::of_scene(self.scene).any(|t| f(&t.image.texels))
     }
 
     /// Of a volume, or of what surrounds the scene.

@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// The channels of a file that are spectral.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Selection {
+pub(crate) struct Selection {
     pub quantity: Quantity,
     /// Index of every spectral channel in the file, and what turns its values into bin means.
     pub channels: Vec<(usize, f64)>,
@@ -81,7 +81,7 @@ impl Bands {
     }
 
     /// Finds the bands among a file's channels; `None` if it has none of them.
-    pub(super) fn select(&self, names: &[String]) -> Option<std::result::Result<Selection, String>> {
+    pub(crate) fn select(&self, names: &[String]) -> Option<std::result::Result<Selection, String>> {
         match self {
             Bands::Table(bands) => {
                 let find = |band: &Band| names.iter().position(|name| *name == band.channel);

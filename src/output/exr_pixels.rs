@@ -10,7 +10,7 @@ use std::io::{Read, Seek};
 use std::sync::{Mutex, PoisonError};
 
 /// Pixels of a layer.
-pub(super) struct Pixels {
+pub(crate) struct Pixels {
     /// Values `[pixel][selected channel]`, rows from the top.
     pub interleaved: Vec<f32>,
     /// Every other channel by itself, in the order asked for.
@@ -51,7 +51,7 @@ pub(super) fn read_lines<R: Read + Seek + Send>(
 ///
 /// # Errors
 /// As [`read_lines`].
-pub(super) fn read_pixels<R: Read + Seek + Send>(
+pub(crate) fn read_pixels<R: Read + Seek + Send>(
     reader: Reader<R>,
     layer: usize,
     selected: &[(usize, f64)],

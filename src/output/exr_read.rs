@@ -256,7 +256,7 @@ fn plain_attributes(all: impl Iterator<Item = (String, AttributeValue)>, softwar
 }
 
 /// Refuses a header that promises more pixels than the file can hold, before anyone allocates for them.
-fn check_size(headers: &[Header], length: u64) -> std::result::Result<(), String> {
+pub(crate) fn check_size(headers: &[Header], length: u64) -> std::result::Result<(), String> {
     for header in headers {
         let (width, height) = (header.layer_size.width() as u128, header.layer_size.height() as u128);
         let per_pixel: u128 = header.channels.list.iter().map(|c| c.sample_type.bytes_per_sample() as u128).sum();

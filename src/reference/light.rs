@@ -266,9 +266,7 @@ fn row_edges(map: &EnvironmentMap, row: usize) -> (f64, f64) {
 }
 
 fn texel_radiance(map: &EnvironmentMap, texel: usize, nm: f64) -> f64 {
-    let Some(&[c0, c1, c2, scale]) = map.texels.get(texel) else { return 0.0 };
-    let shape = Spectrum::Sigmoid { c: [c0, c1, c2].map(f64::from), scale: f64::from(scale) };
-    shape.eval(nm) * map.illuminant.eval(nm)
+    map.eval(texel, nm) * map.illuminant.eval(nm)
 }
 
 fn texel_towards(map: &EnvironmentMap, dir: DVec3) -> usize {
@@ -283,7 +281,7 @@ fn texel_towards(map: &EnvironmentMap, dir: DVec3) -> usize {
 fn running_radiance(scene: &Scene, map: &EnvironmentMap) -> Vec<f64> {
     let bins = scene.film.bins;
     let wavelengths: Vec<f64> = (0..4).map(|i| bins.min_nm + (bins.max_nm - bins.min_nm) * (f64::from(i) + 0.5) / 4.0).collect();
-    let weights = (0..map.texels.len()).map(|texel| {
+    let weights = (0..map.count()).map(|texel| {
         let (top, bottom) = row_edges(map, texel / map.width as usize);
         let mean = wavelengths.iter().map(|&nm| texel_radiance(map, texel, nm)).sum::<f64>() / 4.0;
         mean * 2.0 * PI / f64::from(map.width) * (top - bottom)

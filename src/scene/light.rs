@@ -1,6 +1,7 @@
 //! Lights that are not shapes, and what the rest of the program asks them: where a stage does not handle every kind by itself, it asks here and knows no kinds.
 
 use super::Profile;
+use super::texture::Spectra;
 use crate::color::cie;
 use crate::spectrum::library::Observer;
 use crate::spectrum::{Spectrum, sigmoid};
@@ -172,7 +173,7 @@ impl Light {
 
     /// True if it sends nothing at `[lo, hi]` nm.
     pub fn is_dark(&self, lo: f64, hi: f64) -> bool {
-        let is_black = matches!(self, Light::Image(map) if map.texels.iter().all(|t| t[3] == 0.0));
+        let is_black = matches!(self, Light::Image(map) if map.brightest() == 0.0);
         is_black || self.spectrum().mean(lo, hi) == 0.0
     }
 
@@ -195,29 +196,62 @@ pub struct EnvironmentMap {
     pub width: u32,
     /// Texels from pole to pole.
     pub height: u32,
-    /// Per texel: sigmoid-polynomial coefficients c0, c1, c2 (as [`Spectrum::Sigmoid`]) and a scale.
-    pub texels: Vec<[f32; 4]>,
-    /// What the upsampled colours are multiplied by ([`crate::color::upsample::white`]).
+    /// What is in it.
+    pub texels: EnvironmentTexels,
+    /// What that is multiplied by: for upsampled colours [`crate::color::upsample::white`].
     pub illuminant: Spectrum,
     /// World to picture rotation.
     pub to_local: DMat3,
 }
 
+/// Texels of an environment, row by row.
+#[derive(Debug, Clone)]
+pub enum EnvironmentTexels {
+    /// Upsampled colours: sigmoid-polynomial coefficients c0, c1, c2 (as [`Spectrum::Sigmoid`]) and a scale.
+    Colors(Vec<[f32; 4]>),
+    /// Spectra; it is dark outside their bins.
+    Spectra(Arc<Spectra>),
+}
+
 impl EnvironmentMap {
+    /// Number of texels.
+    pub fn count(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// Radiance of a texel over [`EnvironmentMap::illuminant`].
+    pub fn eval(&self, texel: usize, nm: f64) -> f64 {
+        match &self.texels {
+            EnvironmentTexels::Colors(texels) => {
+                let [c0, c1, c2, scale] = texels[texel].map(f64::from);
+                scale * sigmoid(&[c0, c1, c2], nm)
+            }
+            EnvironmentTexels::Spectra(spectra) => spectra.eval(texel, nm, false),
+        }
+    }
+
+    /// What no texel is brighter than at any wavelength, over [`EnvironmentMap::illuminant`].
+    pub fn brightest(&self) -> f64 {
+        match &self.texels {
+            // Twice its largest component, of which the sigmoid takes a half off there.
+            EnvironmentTexels::Colors(texels) => 0.5 * texels.iter().map(|t| f64::from(t[3])).fold(0.0, f64::max),
+            EnvironmentTexels::Spectra(spectra) => spectra.greatest(),
+        }
+    }
+
     /// Solid angle of a texel of this row, sr.
     pub fn solid_angle(&self, row: usize) -> f64 {
         let edge = |r: usize| (PI * r as f64 / f64::from(self.height)).cos();
         2.0 * PI / f64::from(self.width) * (edge(row) - edge(row + 1))
     }
 
-    /// Radiance of every texel over [`EnvironmentMap::illuminant`], the mean of three wavelengths, times its solid angle.
+    /// Radiance of every texel over [`EnvironmentMap::illuminant`], the mean of three wavelengths or over all bins, times its solid angle.
     pub fn weights(&self) -> Vec<f64> {
-        let radiance = |t: &[f32; 4]| {
-            let c = [t[0], t[1], t[2]].map(f64::from);
-            f64::from(t[3]) * [450.0, 550.0, 650.0].iter().map(|&nm| sigmoid(&c, nm)).sum::<f64>() / 3.0
+        let radiance = |texel: usize| match &self.texels {
+            EnvironmentTexels::Colors(_) => [450.0, 550.0, 650.0].iter().map(|&nm| self.eval(texel, nm)).sum::<f64>() / 3.0,
+            EnvironmentTexels::Spectra(spectra) => spectra.mean(texel),
         };
-        let of_texel = |(i, t): (usize, &[f32; 4])| radiance(t) * self.solid_angle(i / self.width as usize);
-        self.texels.iter().enumerate().map(of_texel).collect()
+        (0..self.count()).map(|texel| radiance(texel) * self.solid_angle(texel / self.width as usize)).collect()
     }
 
     /// Mean radiance over the sphere, over [`EnvironmentMap::illuminant`].

@@ -32,7 +32,7 @@ pub use json::keys;
 pub use json::load::{LoadOptions, load, load_str};
 pub use json::settings::Setting;
 pub use lamp::profile::{Profile, ProfileCell};
-pub use light::{EnvironmentMap, Light, Placement};
+pub use light::{EnvironmentMap, EnvironmentTexels, Light, Placement};
 pub use material::{Material, Passage};
 pub(crate) use mesh::read as read_mesh;
 pub use sensor::{FilmSettings, Filter, Sensor, WavelengthSampling};

@@ -37,10 +37,7 @@ impl Roughness {
     /// The roughness of a picture of numbers.
     pub(super) fn pictured(texture: Texture) -> Self {
         let Texture::Image(picture) = &texture else { return Roughness::Width(width(texture.average(550.0))) };
-        // Half the factor: see Image.
-        let scale = 0.5 * picture.factor.eval(550.0);
-        let values = || picture.image.texels.iter().map(|t| f64::from(t[3]) * scale);
-        let range = [values().fold(1.0, f64::min), values().fold(0.0, f64::max)];
+        let range = picture.image.range().map(|v| v * picture.factor.eval(550.0));
         if range[0] == range[1] { Roughness::Width(width(range[0])) } else { Roughness::Picture(texture, range) }
     }
 }

@@ -10,7 +10,7 @@ use super::textures::Textures;
 use crate::error::{Error, Result};
 use crate::geometry::{Bounds, corners, triangle_area};
 use crate::gpu::layout::{self, Light, NO_INDEX};
-use crate::scene::{self, EnvironmentMap, Geometry, SLACK, Scene, Starts, Texture, initial_interiors};
+use crate::scene::{self, EnvironmentMap, EnvironmentTexels, Geometry, SLACK, Scene, Starts, Texture, initial_interiors};
 use glam::{DVec3, UVec4, Vec4};
 use std::f64::consts::PI;
 
@@ -154,11 +154,16 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
                 environment_light = records.len();
                 environment = environment_texels(map);
                 let row = rows.spectrum(&map.illuminant);
-                let x_row = rows.add(SpectrumRow::UpsamplingCoordinate);
+                let x_row = rows.add(match &map.texels {
+                    EnvironmentTexels::Colors(_) => SpectrumRow::UpsamplingCoordinate,
+                    EnvironmentTexels::Spectra(spectra) => SpectrumRow::Channel(spectra.clone(), false),
+                });
                 let [x, y, z] = [0, 1, 2].map(|i| map.to_local.row(i).as_vec3());
+                let two_sided = if let EnvironmentTexels::Spectra(spectra) = &map.texels { spectra.stride() as u32 } else { 1 };
                 Light {
                     kind: layout::LIGHT_KIND_IMAGE,
                     row,
+                    two_sided,
                     p0: x.extend(map.width as f32),
                     p1: y.extend(map.height as f32),
                     p2: z.extend(f32::from_bits(x_row)),
@@ -247,14 +252,17 @@ fn size(x: f64, y: f64) -> Vec4 {
     Vec4::new(x as f32, y as f32, 0.0, 0.0)
 }
 
-/// Texels as the shader reads them.
+/// Texels as the shader reads them: how one is chosen, and what is in it.
 fn environment_texels(map: &EnvironmentMap) -> Vec<Vec4> {
-    let table = alias_table(&map.weights());
-    let mut out = Vec::with_capacity(2 * table.len());
-    for (i, (t, (probability, threshold, alias))) in map.texels.iter().zip(table).enumerate() {
+    let choice = |(i, (probability, threshold, alias)): (usize, (f64, f64, u32))| {
         let pdf = probability / map.solid_angle(i / map.width as usize);
-        out.push(Vec4::from_array(*t));
-        out.push(Vec4::new(threshold as f32, f32::from_bits(alias), pdf as f32, 0.0));
-    }
-    out
+        Vec4::new(threshold as f32, f32::from_bits(alias), pdf as f32, 0.0)
+    };
+    let choices = alias_table(&map.weights()).into_iter().enumerate().map(choice);
+    let (stride, contents): (usize, Box<dyn Iterator<Item = [f32; 4]>>) = match &map.texels {
+        EnvironmentTexels::Colors(texels) => (1, Box::new(texels.iter().copied())),
+        EnvironmentTexels::Spectra(spectra) => (spectra.stride(), Box::new(spectra.padded())),
+    };
+    let mut contents = contents.map(Vec4::from_array);
+    choices.flat_map(|choice| [choice].into_iter().chain(contents.by_ref().take(stride).collect::<Vec<_>>())).collect()
 }

@@ -1,8 +1,10 @@
 //! Rows of the table of spectra that every pass evaluates at its wavelengths.
 
 use crate::gpu::layout;
+use crate::scene::texture::{Spectra, channel_at};
 use crate::spectrum::{Ior, Spectrum};
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// What one row of the per-pass spectral table holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,6 +20,8 @@ pub enum SpectrumRow {
     UpsamplingCoordinate,
     /// A thickness in nm, over the wavelength.
     Waves(f64),
+    /// The number of the bin that the wavelength is in; outside them the next, if values are held there, or the number of bins.
+    Channel(Arc<Spectra>, bool),
 }
 
 impl SpectrumRow {
@@ -29,6 +33,7 @@ impl SpectrumRow {
             SpectrumRow::Ior(n) => n.eval(nm),
             SpectrumRow::UpsamplingCoordinate => (nm - 360.0) / 470.0,
             SpectrumRow::Waves(thickness) => thickness / nm,
+            SpectrumRow::Channel(spectra, hold) => channel_at(spectra.edges_nm(), nm, *hold) as f64,
         }
     }
 

@@ -2,41 +2,101 @@
 
 use super::primitives::Primitives;
 use super::rows::{Rows, SpectrumRow};
-use crate::gpu::layout::{NO_INDEX, Texture};
-use crate::scene::texture::{Image, ImageTexture, Wrap};
+use crate::gpu::layout::{self, NO_INDEX, Texture};
+use crate::scene::texture::{ImageTexture, Packed, Spectra, Texels, Wrap};
 use crate::scene::{self, Geometry, Mesh, Scene};
-use glam::Vec4;
+use glam::{DVec2, Vec4};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Pictures in use, each texture and each of their images once.
+/// Pictures in use, each texture and each of what their images are stored in once.
 #[derive(Default)]
 pub(super) struct Textures {
     records: Vec<Texture>,
-    images: Vec<Arc<Image>>,
-    /// First texel of each image, from the first of all.
-    starts: HashMap<*const Image, u32>,
+    parts: Vec<Part>,
+    /// First texel of each part, from the first of all.
+    starts: HashMap<*const u8, u32>,
     texels: u32,
     known: HashMap<*const ImageTexture, u32>,
+}
+
+/// What images are stored in.
+enum Part {
+    Packed(Arc<Packed>),
+    Colors(Arc<[[f32; 4]]>),
+    Spectra(Arc<Spectra>),
+}
+
+impl Part {
+    fn bytes(&self) -> &[u8] {
+        match self {
+            Part::Packed(packed) => packed.bytes(),
+            Part::Colors(table) => bytemuck::cast_slice(table),
+            Part::Spectra(spectra) => bytemuck::cast_slice(spectra.values()),
+        }
+    }
+
+    fn texels(&self) -> usize {
+        match self {
+            Part::Spectra(spectra) => spectra.values().len() / spectra.channels() * spectra.stride(),
+            part => part.bytes().len().div_ceil(size_of::<Vec4>()),
+        }
+    }
+
+    fn append(&self, table: &mut Vec<Vec4>) {
+        match self {
+            Part::Spectra(spectra) => table.extend(spectra.padded().map(Vec4::from_array)),
+            part => {
+                let first = table.len();
+                table.resize(first + part.texels(), Vec4::ZERO);
+                bytemuck::cast_slice_mut(&mut table[first..])[..part.bytes().len()].copy_from_slice(part.bytes());
+            }
+        }
+    }
 }
 
 impl Textures {
     /// Row of a texture's spectrum where it is the same everywhere, or of what its texels are multiplied by; and the index of its picture or NO_INDEX.
     pub(super) fn add(&mut self, texture: &scene::Texture, rows: &mut Rows) -> (u32, u32) {
         let row = rows.spectrum(texture.shape());
-        let index = texture.image().map_or(NO_INDEX, |image| {
-            *self.known.entry(Arc::as_ptr(image)).or_insert_with(|| {
-                let first = *self.starts.entry(Arc::as_ptr(&image.image)).or_insert_with(|| {
-                    let first = self.texels;
-                    self.texels += image.image.texels.len() as u32;
-                    self.images.push(image.image.clone());
-                    first
-                });
-                self.records.push(record(image, first, row, rows.add(SpectrumRow::UpsamplingCoordinate)));
-                self.records.len() as u32 - 1
-            })
-        });
+        let Some(image) = texture.image() else { return (row, NO_INDEX) };
+        if let Some(&known) = self.known.get(&Arc::as_ptr(image)) {
+            return (row, known);
+        }
+        let texels = &image.image.texels;
+        let (form, scale, stored) = match texels {
+            Texels::Numbers { stored, scale } => (layout::TEXELS_NUMBERS, *scale, Part::Packed(stored.clone())),
+            Texels::Vectors { stored, scale } => (layout::TEXELS_VECTORS, *scale, Part::Packed(stored.clone())),
+            Texels::Colors { stored, .. } => (layout::TEXELS_COLORS, 1.0, Part::Packed(stored.clone())),
+            Texels::Sigmoids { stored } => (layout::TEXELS_SIGMOIDS, 1.0, Part::Packed(stored.clone())),
+            Texels::Spectra { stored, .. } => (layout::TEXELS_SPECTRA, 1.0, Part::Spectra(stored.clone())),
+        };
+        let size = if let Part::Packed(packed) = &stored { packed.size() } else { size_of::<Vec4>() };
+        let x_row = match texels {
+            Texels::Spectra { stored, hold } => SpectrumRow::Channel(stored.clone(), *hold),
+            _ => SpectrumRow::UpsamplingCoordinate,
+        };
+        let first_color = match texels {
+            Texels::Colors { table, .. } => self.start(Part::Colors(table.clone())),
+            Texels::Spectra { stored, .. } => stored.stride() as u32,
+            _ => 0,
+        };
+        let sampling = sampling_of(image) | form << 6 | (size.ilog2() & 3) << 9;
+        let (first_texel, x_row) = (self.start(stored), rows.add(x_row));
+        self.records.push(Texture { first_texel, first_color, sampling, factor_row: row, x_row, ..record(image, scale) });
+        let index = self.records.len() as u32 - 1;
+        self.known.insert(Arc::as_ptr(image), index);
         (row, index)
+    }
+
+    /// First texel of a part, from the first of all.
+    fn start(&mut self, part: Part) -> u32 {
+        *self.starts.entry(part.bytes().as_ptr()).or_insert_with(|| {
+            let first = self.texels;
+            self.texels += part.texels() as u32;
+            self.parts.push(part);
+            first
+        })
     }
 
     /// The table, and where in it the texture coordinates begin: two vec4s for each primitive.
@@ -46,15 +106,23 @@ impl Textures {
         }
         let first_uv = self.records.len() * size_of::<Texture>() / size_of::<Vec4>();
         let first_texel = first_uv + 2 * (geometry.primitives.len() / 3);
-        self.records.iter_mut().for_each(|r| r.first_texel += first_texel as u32);
+        for record in &mut self.records {
+            record.first_texel += first_texel as u32;
+            if (record.sampling >> 6 & 7) == layout::TEXELS_COLORS {
+                record.first_color += first_texel as u32;
+            }
+        }
         let mut table: Vec<Vec4> = bytemuck::cast_slice(&self.records).to_vec();
         table.resize(first_texel, Vec4::ZERO);
         let mut put = |mesh: &Mesh, places: &[u32]| {
             for (t, &place) in places.iter().enumerate().take(mesh.triangles.len()) {
-                let [a, b, c] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|corner| mesh.uv(t, corner).as_vec2());
+                let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|corner| mesh.uv(t, corner));
+                // Far coordinates have few digits in single precision: their whole part is apart.
+                let whole = corners.into_iter().reduce(DVec2::min).map_or(DVec2::ZERO, DVec2::floor);
+                let [a, b, c] = corners.map(|corner| (corner - whole).as_vec2());
                 let at = first_uv + 2 * place as usize;
                 table[at] = Vec4::new(a.x, a.y, b.x, b.y);
-                table[at + 1] = Vec4::new(c.x, c.y, 0.0, 0.0);
+                table[at + 1] = Vec4::new(c.x, c.y, whole.x as f32, whole.y as f32);
             }
         };
         let mut places = geometry.place.as_slice();
@@ -68,28 +136,28 @@ impl Textures {
             places = &places[count..];
         }
         geometry.instances.meshes.iter().for_each(|(mesh, places)| put(mesh, places));
-        table.extend(self.images.iter().flat_map(|image| &image.texels).map(|t| Vec4::from_array(*t)));
+        table.reserve_exact(self.texels as usize);
+        self.parts.iter().for_each(|part| part.append(&mut table));
         (table, first_uv)
     }
 }
 
-fn record(texture: &ImageTexture, first_texel: u32, factor_row: u32, x_row: u32) -> Texture {
-    let [u, v] = texture.to_image.map(|[a, b, c]| Vec4::new(a as f32, b as f32, c as f32, 0.0));
+/// Where the picture lies on a surface; what repeats or mirrors moves by its period at most.
+fn record(texture: &ImageTexture, scale: f64) -> Texture {
+    let [u, v] = std::array::from_fn(|i| {
+        let [a, b, c] = texture.to_image[i];
+        let c = if texture.wrap[i] == Wrap::Clamp { c } else { c.rem_euclid(2.0) };
+        Vec4::new(a as f32, b as f32, c as f32, scale as f32)
+    });
+    let cutoff = texture.cutoff.map_or(0.0, |c| c as f32);
+    Texture { width: texture.image.width, height: texture.image.height, cutoff, u, v, ..Default::default() }
+}
+
+fn sampling_of(texture: &ImageTexture) -> u32 {
     let wrap = texture.wrap.map(|wrap| match wrap {
         Wrap::Repeat => 0,
         Wrap::Mirror => 1,
         Wrap::Clamp => 2,
     });
-    Texture {
-        first_texel,
-        width: texture.image.width,
-        height: texture.image.height,
-        sampling: wrap[0] | wrap[1] << 2 | u32::from(texture.nearest) << 4,
-        factor_row,
-        x_row,
-        cutoff: texture.cutoff.map_or(f32::NEG_INFINITY, |c| c as f32),
-        has_cutoff: u32::from(texture.cutoff.is_some()),
-        u,
-        v,
-    }
+    wrap[0] | wrap[1] << 2 | u32::from(texture.nearest) << 4 | u32::from(texture.cutoff.is_some()) << 5
 }

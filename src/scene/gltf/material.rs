@@ -467,9 +467,7 @@ fn is_one(share: &Texture) -> bool {
     match share {
         Texture::Uniform(spectrum) => *spectrum == Spectrum::Constant(1.0),
         Texture::Image(picture) => {
-            // Half the factor: see Image.
-            let scale = 0.5 * picture.factor.eval(550.0);
-            picture.image.texels.iter().all(|t| f64::from(t[3]) * scale >= picture.cutoff.unwrap_or(1.0 - 1e-6))
+            picture.image.range()[0] * picture.factor.eval(550.0) >= picture.cutoff.unwrap_or(1.0 - 1e-6)
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::scene::gltf::file::{Asset, decode_uri, item, percent_decoded, view};
 use crate::scene::json::Node;
 use crate::scene::json::files::Files;
 use crate::scene::json::spectra::Place;
-use crate::scene::texture::picture::{self, Picture};
+use crate::scene::texture::picture::{Encoding, Picture};
 use crate::scene::texture::{Image, ImageTexture, Texture, Wrap};
 use crate::spectrum::Spectrum;
 use std::collections::HashMap;
@@ -90,17 +90,16 @@ impl<'a> Textures<'a> {
             return Ok(image.clone());
         }
         let picture = self.picture(source)?;
-        let coloured = |factors: [f64; 3], place| {
-            let colours = picture.linear(picture.encoded).map(|p| [0, 1, 2].map(|i| p[i] * factors[i]));
-            picture.spectra(colours, place).ok_or_else(|| source.fail("a texel is out of range", "export the picture again"))
+        let coloured = |factors, place| {
+            // The document says what colours mean, not the picture (glTF 2.0, section 3.9.2).
+            let image = picture.colors(factors, place, Encoding::Srgb);
+            image.ok_or_else(|| source.fail("a texel is out of range", "export the picture again"))
         };
         let image = match wanted {
             Use::Reflectance(factors) => coloured(factors, Place::Share)?,
             Use::Light(factors) => coloured(factors, Place::Light)?,
             Use::Normals(scale) => picture.normals(scale),
-            Use::Channel(channel, factor) => {
-                picture.numbers(picture.pixels.iter().map(|p| (f64::from(p[channel]) * factor).clamp(0.0, 1.0)))
-            }
+            Use::Channel(channel, factor) => picture.numbers(channel, factor),
         };
         let image = Arc::new(image);
         self.images.push((index, wanted, image.clone()));
@@ -127,7 +126,7 @@ impl<'a> Textures<'a> {
             (None, Some(index)) => view(self.root, &self.asset.buffers, &index)?.1,
             (None, None) => return Err(node.fail("the picture has no data", "export the file again")),
         };
-        let picture = Arc::new(picture::decode(bytes, "the picture", &node)?);
+        let picture = self.files.pictures.decode(bytes, "the picture", &node, None)?;
         self.pictures.insert(index, picture.clone());
         Ok(picture)
     }
@@ -148,8 +147,8 @@ fn transform(info: &Node) -> Result<[[f64; 3]; 2]> {
     let Some(t) = extension(info) else { return Ok([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]) };
     let pair = |key: &str, default: f64| t.get(key).map_or(Ok([default; 2]), |n| n.numbers::<2>());
     let ([sx, sy], [x, y]) = (pair("scale", 1.0)?, pair("offset", 0.0)?);
-    if [sx, sy, x, y].iter().any(|v| v.abs() > 1e4) {
-        return Err(t.fail("the picture is scaled or moved by more than 1e4", "export the file again"));
+    if [sx, sy, x, y].iter().any(|v| v.abs() > 1e6) {
+        return Err(t.fail("the picture is scaled or moved by more than 1e6", "export the file again"));
     }
     let (sin, cos) = t.get("rotation").map_or(Ok(0.0), |n| n.within(-1e3, 1e3))?.sin_cos();
     Ok([[cos * sx, sin * sy, x], [-sin * sx, cos * sy, y]])

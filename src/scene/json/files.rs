@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result, quoted};
 use crate::scene::json::Node;
+use crate::scene::texture::picture::Pictures;
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -20,6 +21,8 @@ pub struct Files {
     hash: Arc<AtomicU64>,
     /// The files that were read so far, without links, shared likewise.
     sources: Arc<Mutex<Vec<PathBuf>>>,
+    /// The pictures in them that were decoded, shared likewise.
+    pub(in crate::scene) pictures: Pictures,
 }
 
 impl Files {
@@ -28,7 +31,8 @@ impl Files {
         let base = if base.as_os_str().is_empty() { Path::new(".") } else { base };
         // A folder that cannot be resolved stays as it is: then no file in it will be found inside the fence.
         let fence = (!allow_outside).then(|| base.canonicalize().unwrap_or_else(|_| base.to_path_buf()));
-        Files { base: base.to_path_buf(), fence, hash: Arc::new(AtomicU64::new(0xcbf2_9ce4_8422_2325)), sources: Arc::default() }
+        let hash = Arc::new(AtomicU64::new(0xcbf2_9ce4_8422_2325));
+        Files { base: base.to_path_buf(), fence, hash, sources: Arc::default(), pictures: Pictures::default() }
     }
 
     /// The same fence, but relative paths start from `folder`.

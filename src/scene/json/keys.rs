@@ -73,7 +73,7 @@ const KEYS: Keys = &[
     ("emission", &["radiance", "two_sided"]),
     ("transform", &["scale", "axis", "rotate_deg", "translate", "matrix"]),
     ("spectrum", &["file", "column", "illuminant", "blackbody", "line", "band", "srgb", "linear_rgb", "reflectance", "scale"]),
-    ("texture", &["texture", "tiles", "wrap", "filter", "linear", "scale"]),
+    ("texture", &["texture", "tiles", "wrap", "filter", "linear", "scale", "bands"]),
     ("line", &["nm", "width", "power"]),
     ("band", &["nm", "width", "value"]),
     (

@@ -29,7 +29,7 @@ pub(super) const KEYS: Keys = &[
     ("laser", &["origin", "direction", "radius", "power_W", "wavelength_nm", "width_nm"]),
     ("sun", &["direction", "angle_deg", "irradiance"]),
     ("constant", &["radiance"]),
-    ("image", &["file", "scale", "transform"]),
+    ("image", &["file", "scale", "bands", "transform"]),
 ];
 
 impl Loader {

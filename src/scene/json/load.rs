@@ -12,6 +12,7 @@ use crate::scene::json::{Node, parse};
 use crate::scene::mesh::instance::SharedMeshes;
 use crate::scene::texture::Image;
 use crate::scene::texture::image;
+use crate::scene::texture::picture::Picture;
 use crate::scene::volumes::Volumes;
 use crate::scene::{Bins, Estimator, FilmSettings, Filter, Light, Mesh, Scene, Sensor, Shape, WavelengthSampling};
 use crate::spectrum::unit_problem;
@@ -89,7 +90,7 @@ pub(in crate::scene) struct Loader {
     /// Meshes that may be worth sharing.
     pub(in crate::scene) shared: SharedMeshes,
     /// Pictures on surfaces that were read already.
-    pub(in crate::scene) images: HashMap<image::Key, Arc<Image>>,
+    pub(in crate::scene) images: HashMap<image::Key, (Arc<Picture>, Arc<Image>)>,
     /// The camera of an included glTF file, for a scene that has none of its own.
     pub(in crate::scene) camera: Option<Sensor>,
     /// Width over height of what that camera is meant for.

@@ -107,7 +107,7 @@ impl SpectrumReader {
     pub(in crate::scene) fn check_light(&self, node: &Node, radiance: &Texture) -> Result<()> {
         match radiance {
             Texture::Uniform(spectrum) => self.check(node, spectrum, Place::Light),
-            Texture::Image(texture) => self.check(node, &texture.factor.clone().scaled(texture.image.brightest()), Place::Light),
+            Texture::Image(texture) => self.check(node, &texture.factor.clone().scaled(texture.image.range()[1]), Place::Light),
         }
     }
 

@@ -5,16 +5,16 @@ use crate::error::{Result, quoted};
 use crate::scene::json::Node;
 use crate::scene::json::spectra::{Place, SpectrumReader};
 use crate::scene::json::transform;
-use crate::scene::texture::picture;
-use crate::scene::{EnvironmentMap, Light};
+use crate::scene::texture::picture::Encoding;
+use crate::scene::{EnvironmentMap, EnvironmentTexels, Light};
+use crate::spectrum::Spectrum;
 use glam::DMat3;
 use std::sync::Arc;
 
-/// `{"image": {"file", "scale", "transform"}}`. A linear value of 1 is [`upsample::white`] times `scale`; 8-bit pictures are decoded from sRGB.
+/// `{"image": {"file", "scale", "transform"}}`. A linear value of 1 is [`upsample::white`] times `scale`, and what spectral pictures hold is radiance times that.
 /// The transform may only rotate.
 pub(in crate::scene) fn image(reader: &SpectrumReader, node: &Node) -> Result<Light> {
     let file = node.need("file")?;
-    let (_, bytes) = reader.files.read(&file)?;
     let scale = node.get("scale").map_or(Ok(1.0), |n| n.non_negative())?;
     let to_local = match node.get("transform") {
         None => DMat3::IDENTITY,
@@ -27,13 +27,20 @@ pub(in crate::scene) fn image(reader: &SpectrumReader, node: &Node) -> Result<Li
         }
     };
     let name = quoted(file.string()?);
-    let picture = picture::decode(&bytes, &name, &file)?;
-    let scaled = || picture.linear(picture.encoded).map(|[r, g, b, _]| [r, g, b].map(|v| v * scale));
-    // Before single precision makes nothing of it.
-    let brightest = scaled().flatten().fold(0.0, f64::max);
-    reader.check(node, &upsample::white().scaled(brightest), Place::Light)?;
-    let image = picture.spectra(scaled(), Place::Light);
-    let image = image.ok_or_else(|| file.fail(format!("{name}: a texel is too bright"), "use a smaller \"scale\""))?;
-    let (width, height, texels) = (image.width, image.height, image.texels);
-    Ok(Light::Image(Arc::new(EnvironmentMap { width, height, texels, illuminant: upsample::white(), to_local })))
+    let picture = reader.picture(node, &file)?;
+    let (width, height) = (picture.width, picture.height);
+    let too_bright = || file.fail(format!("{name}: a texel is too bright"), "use a smaller \"scale\"");
+    let (texels, illuminant) = match picture.spectra() {
+        Some(spectra) => {
+            reader.remark_bins(&file, spectra.edges_nm(), false);
+            (EnvironmentTexels::Spectra(spectra.clone()), Spectrum::Constant(scale))
+        }
+        None => {
+            let texels = picture.coefficients([scale; 3], Place::Light, Encoding::Own).ok_or_else(too_bright)?;
+            (EnvironmentTexels::Colors(texels), upsample::white())
+        }
+    };
+    let map = EnvironmentMap { width, height, texels, illuminant, to_local };
+    reader.check(node, &map.illuminant.clone().scaled(map.brightest()), Place::Light)?;
+    Ok(Light::Image(Arc::new(map)))
 }

@@ -11,8 +11,8 @@ use crate::scene::{Geometry, Mesh};
 use glam::{DMat3, DMat4, DVec3};
 use std::path::Path;
 
-/// A picture is repeated at most this often: single precision on the GPU has too few digits for more.
-const MOST_REPEATS: f64 = 1e4;
+/// A picture is repeated at most this often: whole numbers are exact in single precision up to 16 times that.
+const MOST_REPEATS: f64 = 1e6;
 
 /// Reads a PLY or OBJ file by its extension.
 pub fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, Flaw> {
@@ -89,7 +89,7 @@ pub fn check_uvs(geometry: &Geometry) -> Result<(), Flaw> {
         return Err(("a picture is to be put on a shape without texture coordinates".into(), remedy.into()));
     }
     match uvs.iter().position(|uv| !uv.is_finite() || uv.abs().max_element() > MOST_REPEATS) {
-        Some(i) => Err((format!("the texture coordinates of vertex {i} are beyond 1e4"), "export the mesh again".into())),
+        Some(i) => Err((format!("the texture coordinates of vertex {i} are beyond 1e6"), "export the mesh again".into())),
         None => Ok(()),
     }
 }

@@ -4,14 +4,18 @@ use crate::color::upsample;
 use crate::error::{Result, quoted};
 use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
-use crate::scene::json::spectra::Place;
-use crate::scene::texture::picture;
-use crate::scene::texture::{Image, ImageTexture, Texture, Wrap};
-use crate::spectrum::Spectrum;
+use crate::output::Bands;
+use crate::scene::json::spectra::{Place, SpectrumReader};
+use crate::scene::texture::picture::{Encoding, Picture};
+use crate::scene::texture::{Image, ImageTexture, Texels, Texture, Wrap};
+use crate::spectrum::{Spectrum, unit_problem};
 use std::sync::Arc;
 
-/// A picture that was read already: its file, whether it holds light, and whether whole numbers in it are shares as they are.
-pub(in crate::scene) type Key = (std::path::PathBuf, bool, bool);
+/// What a file of bands has.
+const TABLE_OF_BANDS: &str = "write one 'CHANNEL LOW_NM HIGH_NM [RESPONSE or mean]' per line";
+
+/// Colours that were made into spectra already: their picture, whether it is light, and what its numbers are taken for.
+pub(in crate::scene) type Key = (*const Picture, bool, Encoding);
 
 impl Loader {
     /// A share in [0, 1]: a spectrum, or a picture.
@@ -28,10 +32,8 @@ impl Loader {
         node.object("texture")?;
         let (to_image, wrap, nearest) = placing(node)?;
         let scale = node.get("scale").map_or(Ok(1.0), |n| n.within(0.0, 1.0))?;
-        let (_, bytes) = self.reader.files.read(&file)?;
-        let picture = picture::decode(&bytes, &quoted(file.string()?), &file)?;
-        let image = Arc::new(picture.numbers(picture.pixels.iter().map(|p| f64::from(p[1]).clamp(0.0, 1.0))));
-        let factor = Spectrum::Constant(scale);
+        let image = Arc::new(self.reader.picture(node, &file)?.numbers(1, scale));
+        let factor = Spectrum::Constant(1.0);
         Ok(Some(Texture::Image(Arc::new(ImageTexture { image, wrap: [wrap; 2], nearest, to_image, factor, cutoff: None }))))
     }
 
@@ -46,17 +48,20 @@ impl Loader {
             None => 1.0,
         };
         let as_it_is = node.get("linear").map_or(Ok(false), |n| n.boolean())?;
+        let encoding = if as_it_is { Encoding::Linear } else { Encoding::Own };
         let light = place == Place::Light;
-        let key = (self.reader.files.base.join(file.string()?), light, as_it_is);
+        let picture = self.reader.picture(node, &file)?;
+        let key = (Arc::as_ptr(&picture), light, encoding);
         let image = match self.images.get(&key) {
-            Some(image) => image.clone(),
+            Some((_, image)) => image.clone(),
             None => {
-                let image = Arc::new(self.image(&file, place, as_it_is)?);
-                self.images.insert(key, image.clone());
+                let image = Arc::new(self.image(&file, &picture, place, encoding)?);
+                self.images.insert(key, (picture, image.clone()));
                 image
             }
         };
-        let factor = if light { upsample::white() } else { Spectrum::Constant(1.0) }.scaled(scale);
+        let is_measured = matches!(image.texels, Texels::Spectra { .. });
+        let factor = if light && !is_measured { upsample::white() } else { Spectrum::Constant(1.0) }.scaled(scale);
         let texture = Texture::Image(Arc::new(ImageTexture { image, wrap: [wrap; 2], nearest, to_image, factor, cutoff: None }));
         if light {
             self.reader.check_light(node, &texture)?;
@@ -69,21 +74,65 @@ impl Loader {
         let file = node.need("texture")?;
         let (to_image, wrap, nearest) = placing(node)?;
         let strength = node.get("strength").map_or(Ok(1.0), |n| n.within(-100.0, 100.0))?;
-        let (_, bytes) = self.reader.files.read(&file)?;
-        let image = Arc::new(picture::decode(&bytes, &quoted(file.string()?), &file)?.normals(strength));
+        let image = Arc::new(self.reader.picture(node, &file)?.normals(strength));
         Ok(Arc::new(ImageTexture { image, wrap: [wrap; 2], nearest, to_image, factor: Spectrum::Constant(1.0), cutoff: None }))
     }
 
-    fn image(&self, file: &Node, place: Place, as_it_is: bool) -> Result<Image> {
-        let (_, bytes) = self.reader.files.read(file)?;
+    fn image(&self, file: &Node, picture: &Picture, place: Place, encoding: Encoding) -> Result<Image> {
         let name = quoted(file.string()?);
-        let picture = picture::decode(&bytes, &name, file)?;
-        let colours = picture.linear(picture.encoded && !as_it_is).map(|[r, g, b, _]| [r, g, b]);
         let (problem, remedy) = match place {
             Place::Light => ("a texel is too bright for single precision", "scale the picture"),
             _ => ("a texel is not within 0 to 1", "a reflectance or share lies between 0 and 1: scale the picture"),
         };
-        picture.spectra(colours, place).ok_or_else(|| file.fail(format!("{name}: {problem}"), remedy))
+        let image = match picture.spectra() {
+            Some(spectra) => {
+                let hold = place != Place::Light;
+                self.reader.remark_bins(file, spectra.edges_nm(), hold);
+                let texels = Texels::Spectra { stored: spectra.clone(), hold };
+                Some(Image { width: picture.width, height: picture.height, texels }).filter(|_| !hold || spectra.greatest() <= 1.0)
+            }
+            None => picture.colors([1.0; 3], place, encoding),
+        };
+        image.ok_or_else(|| file.fail(format!("{name}: {problem}"), remedy))
+    }
+}
+
+impl SpectrumReader {
+    /// The picture in `file`, which `node` names, with its bands where `node` has any.
+    pub(in crate::scene) fn picture(&self, node: &Node, file: &Node) -> Result<Arc<Picture>> {
+        let (_, bytes) = self.files.read(file)?;
+        let bands = node.get("bands").map(|bands| self.bands(&bands)).transpose()?;
+        let picture = self.files.pictures.decode(&bytes, &quoted(file.string()?), file, bands.as_ref())?;
+        picture.notes.iter().for_each(|note| self.remarks.note(file, note));
+        Ok(picture)
+    }
+
+    /// The bands of channels that do not say what they are: `[lowest, highest]` in nm, or a file with a table of them.
+    fn bands(&self, node: &Node) -> Result<Bands> {
+        if node.value.is_array() {
+            let [lo, hi] = node.numbers()?;
+            if let Some(problem) = unit_problem(lo, hi) {
+                return Err(node.fail(problem, "give [lowest, highest] in nm"));
+            }
+            if !(lo > 0.0 && hi > lo) {
+                return Err(node.fail(format!("{lo} to {hi} is no range"), "give [lowest, highest] in nm"));
+            }
+            return Ok(Bands::Range(lo, hi));
+        }
+        let (_, bytes) = self.files.read(node)?;
+        let name = quoted(node.string()?);
+        Bands::parse(&String::from_utf8_lossy(&bytes)).map_err(|problem| node.fail(format!("{name}: {problem}"), TABLE_OF_BANDS))
+    }
+
+    /// Notes where the bins of a spectral picture leave off.
+    pub(in crate::scene) fn remark_bins(&self, node: &Node, edges_nm: &[f64], hold: bool) {
+        let (lo, hi) = self.range;
+        let (first, last) = (edges_nm[0], edges_nm[edges_nm.len() - 1]);
+        if first > lo + 1e-3 || last < hi - 1e-3 {
+            let beyond = if hold { "its end values are taken" } else { "it is taken to be dark" };
+            let text = format!("the picture has bins from {first} to {last} nm; in the rest of the film's {lo} to {hi} nm {beyond}");
+            self.remarks.note(node, &text);
+        }
     }
 }
 

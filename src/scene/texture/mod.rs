@@ -1,14 +1,18 @@
 //! Spectra that vary over a surface: pictures whose colours are made into spectra once, texel by texel, when they are read.
 //!
-//! A texel is four numbers: the coefficients of a sigmoid ([`crate::spectrum::sigmoid`]) and a factor. Between texels it is the spectra that
-//! are interpolated, not their coefficients, so that what is seen from afar is the mean of what is seen from near.
+//! A colour is the coefficients of a sigmoid ([`crate::spectrum::sigmoid`]) and a factor. Between texels it is the spectra that are interpolated, not their
+//! coefficients, so that what is seen from afar is the mean of what is seen from near.
 
+mod exr;
 pub(in crate::scene) mod image;
 pub(in crate::scene) mod picture;
+mod space;
+mod texels;
+
+pub use texels::{Image, Packed, Spectra, Texels, channel_at, pack_sigmoid, unpack_sigmoid};
 
 use crate::scene::{Material, Mesh, Scene};
 use crate::spectrum::Spectrum;
-use crate::spectrum::sigmoid;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -37,17 +41,6 @@ pub struct ImageTexture {
     pub factor: Spectrum,
     /// Filtered values from here on count as 1, those below as 0.
     pub cutoff: Option<f64>,
-}
-
-/// Texels, row by row from the upper left.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Image {
-    /// Texels in a row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// c0, c1, c2 of a sigmoid, and a factor.
-    pub texels: Vec<[f32; 4]>,
 }
 
 /// What lies beside a picture.
@@ -83,7 +76,7 @@ impl Texture {
     pub fn is_zero(&self) -> bool {
         match self {
             Texture::Uniform(spectrum) => spectrum.is_zero(),
-            Texture::Image(texture) => texture.factor.is_zero() || texture.image.texels.iter().all(|t| t[3] == 0.0),
+            Texture::Image(texture) => texture.factor.is_zero() || texture.image.range()[1] == 0.0,
         }
     }
 
@@ -122,19 +115,12 @@ impl Texture {
     }
 }
 
-impl Image {
-    /// The greatest factor of a texel: of colours, what is brightest at any wavelength, but for what its sigmoid takes off.
-    pub(in crate::scene) fn brightest(&self) -> f64 {
-        self.texels.iter().map(|t| f64::from(t[3])).fold(0.0, f64::max)
-    }
-}
-
 impl ImageTexture {
     /// The mean of `value` over the texels around `uv`, by their weights.
-    fn filtered(&self, uv: DVec2, value: impl Fn(&[f32; 4]) -> f64) -> f64 {
+    fn filtered(&self, uv: DVec2, value: impl Fn(usize) -> f64) -> f64 {
         let [u, v] = self.to_image.map(|[a, b, c]| a * uv.x + b * uv.y + c);
         let (width, height) = (self.image.width, self.image.height);
-        let texel = |column: u32, row: u32| value(&self.image.texels[(row * width + column) as usize]);
+        let texel = |column: u32, row: u32| value(row as usize * width as usize + column as usize);
         if self.nearest {
             let (columns, rows) = (self.wrap[0].around(u, width, 0.0), self.wrap[1].around(v, height, 0.0));
             return texel(columns.0[0], rows.0[0]);
@@ -146,20 +132,20 @@ impl ImageTexture {
 
     /// The first three numbers of texels at `uv`, for pictures of vectors.
     pub fn vector(&self, uv: DVec2) -> [f64; 3] {
-        std::array::from_fn(|i| self.filtered(uv, |texel| f64::from(texel[i])))
+        std::array::from_fn(|i| self.filtered(uv, |texel| self.image.vector(texel)[i]))
     }
 
     fn eval(&self, nm: f64, uv: DVec2) -> f64 {
-        let value = self.filtered(uv, |texel| eval_texel(texel, nm));
+        let value = self.filtered(uv, |texel| self.image.eval(texel, nm));
         let value = self.cutoff.map_or(value, |cutoff| f64::from(u8::from(value >= cutoff)));
         value * self.factor.eval(nm)
     }
 
     fn average(&self, nm: f64) -> f64 {
-        let count = self.image.texels.len();
+        let count = self.image.count();
         let seen = count.min(AVERAGED);
         let value = |i: usize| {
-            let value = eval_texel(&self.image.texels[i * count / seen], nm);
+            let value = self.image.eval(i * count / seen, nm);
             self.cutoff.map_or(value, |cutoff| f64::from(u8::from(value >= cutoff)))
         };
         (0..seen).map(value).sum::<f64>() / seen as f64 * self.factor.eval(nm)
@@ -189,10 +175,6 @@ impl Wrap {
     }
 }
 
-fn eval_texel(&[c0, c1, c2, scale]: &[f32; 4], nm: f64) -> f64 {
-    f64::from(scale) * sigmoid(&[f64::from(c0), f64::from(c1), f64::from(c2)], nm)
-}
-
 impl Mesh {
     /// The unit shading normal `ns` (on the outer side) turned as `normals` says at the coordinates `uv` of triangle `t`, whose outer normal is `ng`. The tangent is
     /// that of the triangle, made perpendicular to `ns`. A normal that would look inwards is not turned.
@@ -207,13 +189,31 @@ impl Mesh {
     }
 }
 
-/// Bytes of all pictures on a scene's surfaces, each counted once.
-pub fn bytes(scene: &Scene) -> u64 {
+/// The pictures on a scene's surfaces: those of materials, then those of lamps.
+pub fn of_scene(scene: &Scene) -> impl Iterator<Item = &Arc<ImageTexture>> {
     let of_materials = scene.materials.iter().filter_map(Material::image);
-    let of_lamps = scene.shapes.iter().filter_map(|s| s.emission.as_ref()?.radiance.image());
-    let images: HashMap<*const Image, usize> =
-        of_materials.chain(of_lamps).map(|t| (Arc::as_ptr(&t.image), size_of_val(t.image.texels.as_slice()))).collect();
-    images.values().sum::<usize>() as u64
+    of_materials.chain(scene.shapes.iter().filter_map(|s| s.emission.as_ref()?.radiance.image()))
+}
+
+/// Bytes of all pictures on a scene's surfaces as an adapter holds them: texels and tables of colours, each once.
+pub fn bytes(scene: &Scene) -> u64 {
+    let mut parts: HashMap<*const u8, usize> = HashMap::new();
+    for texture in of_scene(scene) {
+        let mut add = |at: *const u8, bytes: usize| parts.insert(at, bytes.next_multiple_of(16));
+        match &texture.image.texels {
+            Texels::Numbers { stored, .. } | Texels::Vectors { stored, .. } | Texels::Sigmoids { stored } => {
+                add(stored.bytes().as_ptr(), stored.bytes().len());
+            }
+            Texels::Colors { stored, table } => {
+                add(stored.bytes().as_ptr(), stored.bytes().len());
+                add(table.as_ptr().cast(), size_of_val(&**table));
+            }
+            Texels::Spectra { stored, .. } => {
+                add(stored.values().as_ptr().cast(), 16 * stored.stride() * texture.image.count());
+            }
+        }
+    }
+    parts.values().sum::<usize>() as u64
 }
 
 #[cfg(test)]

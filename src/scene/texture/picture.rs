@@ -1,109 +1,387 @@
-//! Pictures read from files, and their colours made into spectra.
+//! Pictures as their files have them, decoded once whoever names them, and made into texels of numbers, vectors or spectra.
 
+use super::exr;
+use super::space::ColorSpace;
 use crate::color::upsample;
 use crate::error::Result;
+use crate::output::Bands;
 use crate::scene::json::Node;
 use crate::scene::json::spectra::Place;
-use crate::scene::texture::Image;
-use image::{ImageReader, Limits};
+use crate::scene::texture::texels::{Image, Packed, Texels, pack_sigmoid};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use rayon::prelude::*;
 use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::Cursor;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// Texels at most on a side.
+pub(in crate::scene) use super::texels::Spectra;
+
+/// Pixels at most on a side.
 const LARGEST_SIDE: u32 = 16384;
 /// Pixels at most.
-const MOST_PIXELS: u64 = 1 << 25;
+const MOST_PIXELS: u64 = 1 << 26;
 /// Pixels at most for each byte of the file, beyond the first Mi pixels: what deflate can do at best, so that a small file cannot ask for much memory.
 const PIXELS_PER_BYTE: u64 = 1032;
+/// Bytes that all pictures of a scene may take: adapters that have no larger textures than the usual ones hold 1 GiB of a table, where colours and
+/// texture coordinates want room too.
+const MOST_BYTES: u64 = 768 << 20;
+
+/// What the numbers of a picture's colours are taken for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(in crate::scene) enum Encoding {
+    /// What the file says, or else sRGB for whole numbers, and linear sRGB for others.
+    Own,
+    /// The latter, whatever the file says.
+    Srgb,
+    /// Linear, whatever the file says.
+    Linear,
+}
+
+/// A picture's numbers, pixel by pixel, rows from the top.
+pub(in crate::scene) enum Samples {
+    /// 0 to 255 for 0 to 1.
+    Bytes(Vec<u8>),
+    /// 0 to 65535 for 0 to 1.
+    Words(Vec<u16>),
+    /// As they are.
+    Floats(Vec<f32>),
+    /// No colours but spectra.
+    Spectra(Arc<Spectra>),
+}
 
 /// A picture as its file has it: straight alpha, rows from the top.
-#[derive(Debug, Clone)]
 pub(in crate::scene) struct Picture {
     pub width: u32,
     pub height: u32,
-    /// Red, green, blue, alpha.
-    pub pixels: Vec<[f32; 4]>,
-    /// Colours are encoded as in sRGB: whatever holds whole numbers.
-    pub encoded: bool,
+    /// Numbers of a pixel: grey, grey and alpha, RGB, or RGB and alpha.
+    channels: usize,
+    samples: Samples,
+    space: Option<ColorSpace>,
+    /// What is to be said of it.
+    pub notes: Vec<String>,
+    planes: Mutex<HashMap<usize, Arc<Packed>>>,
+    vectors: OnceLock<Arc<Packed>>,
+    colors: OnceLock<(Arc<Packed>, Vec<[f64; 3]>)>,
 }
 
-/// Decodes a picture; `name` stands for it in messages. The size is checked before there is room made for it.
-pub(in crate::scene) fn decode(bytes: &[u8], name: &str, node: &Node) -> Result<Picture> {
-    let unreadable = |e: String| node.fail(format!("{name}: {e}"), "use a readable .png, .jpg, .hdr or .exr picture");
+/// The pictures that were decoded already, by their content; shared with the copies.
+#[derive(Debug, Clone, Default)]
+pub(in crate::scene) struct Pictures(Arc<Mutex<Decoded>>);
+
+#[derive(Debug, Default)]
+struct Decoded {
+    known: HashMap<(u64, usize), Arc<Picture>>,
+    bytes: u64,
+}
+
+impl std::fmt::Debug for Picture {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "Picture {} x {} x {}", self.width, self.height, self.channels)
+    }
+}
+
+impl Pictures {
+    /// Decodes a picture, or finds it again; `name` stands for it in messages, and `bands` say what the channels of a spectral EXR are that do not say
+    /// so themselves. Each may take half of the room that those before it have left, and is made smaller until it does.
+    pub(in crate::scene) fn decode(&self, bytes: &[u8], name: &str, node: &Node, bands: Option<&Bands>) -> Result<Arc<Picture>> {
+        let mut hasher = DefaultHasher::new();
+        (bytes, bands.map(|b| format!("{b:?}"))).hash(&mut hasher);
+        let key = (hasher.finish(), bytes.len());
+        let mut decoded = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(picture) = decoded.known.get(&key) {
+            return Ok(picture.clone());
+        }
+        let mut picture = decode(bytes, name, node, bands)?;
+        let (width, height) = (picture.width, picture.height);
+        while picture.bytes() > (MOST_BYTES - decoded.bytes.min(MOST_BYTES)) / 2 && picture.width.max(picture.height) > 1 {
+            picture = picture.halved();
+        }
+        if picture.width != width || picture.height != height {
+            let text = format!(
+                "{name} is made smaller, from {width} x {height} pixels to {} x {}: all pictures together have {} MiB",
+                picture.width,
+                picture.height,
+                MOST_BYTES >> 20
+            );
+            picture.notes.push(text);
+        }
+        decoded.bytes += picture.bytes();
+        let picture = Arc::new(picture);
+        decoded.known.insert(key, picture.clone());
+        Ok(picture)
+    }
+}
+
+/// Decodes a picture. The size is checked before there is room made for it.
+fn decode(bytes: &[u8], name: &str, node: &Node, bands: Option<&Bands>) -> Result<Picture> {
+    let unreadable = |e: String| node.fail(format!("{name}: {e}"), "use a readable .png, .jpg, .webp, .hdr or .exr picture");
     let reader = || ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| unreadable(e.to_string()));
-    let (width, height) = reader()?.into_dimensions().map_err(|e| unreadable(e.to_string()))?;
+    let format = reader()?.format();
+    let (width, height) = match format {
+        Some(ImageFormat::OpenExr) => exr::dimensions(bytes).map_err(unreadable)?,
+        _ => reader()?.into_dimensions().map(|(w, h)| (w as usize, h as usize)).map_err(|e| unreadable(e.to_string()))?,
+    };
     if width == 0 || height == 0 {
         return Err(unreadable("the picture is empty".into()));
     }
     let most = MOST_PIXELS.min((1 << 20) + PIXELS_PER_BYTE * bytes.len() as u64);
-    if width.max(height) > LARGEST_SIDE || u64::from(width) * u64::from(height) > most {
+    if width.max(height) > LARGEST_SIDE as usize || width as u64 * height as u64 > most {
         return Err(node.fail(
             format!("{name}: {width} x {height} pixels are too many for a file of {} bytes", bytes.len()),
             format!("use a picture of at most {LARGEST_SIDE} pixels on a side and {} Mi in all", MOST_PIXELS >> 20),
         ));
     }
-    let mut decoder = reader()?;
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(LARGEST_SIDE);
-    limits.max_image_height = Some(LARGEST_SIDE);
-    limits.max_alloc = Some(16 * most);
-    decoder.limits(limits);
-    let picture = decoder.decode().map_err(|e| unreadable(e.to_string()))?;
-    let encoded = !matches!(picture.color(), image::ColorType::Rgb32F | image::ColorType::Rgba32F);
-    let picture = picture.into_rgba32f();
-    let pixels: Vec<[f32; 4]> = picture.pixels().map(|p| p.0).collect();
-    if let Some(i) = pixels.iter().position(|p| p.iter().any(|v| !v.is_finite() || *v < 0.0)) {
-        let (x, y) = (i as u32 % width, i as u32 / width);
-        return Err(node.fail(format!("{name}: the texel at {x}, {y} is negative or not finite"), "repair the picture"));
-    }
-    Ok(Picture { width, height, pixels, encoded })
+    let picture = match format {
+        Some(ImageFormat::OpenExr) => {
+            let exr::Found { width, height, channels, samples, space, notes } = exr::decode(bytes, bands).map_err(unreadable)?;
+            Picture::new(width, height, channels, samples, space, notes)
+        }
+        format => {
+            let mut limits = Limits::default();
+            limits.max_image_width = Some(LARGEST_SIDE);
+            limits.max_image_height = Some(LARGEST_SIDE);
+            limits.max_alloc = Some(16 * most);
+            let mut reader = reader()?;
+            reader.limits(limits);
+            let mut decoder = reader.into_decoder().map_err(|e| unreadable(e.to_string()))?;
+            let icc = decoder.icc_profile().unwrap_or_default();
+            let decoded = DynamicImage::from_decoder(decoder).map_err(|e| unreadable(e.to_string()))?;
+            of_image(decoded, format, bytes, icc)
+        }
+    };
+    picture.check(name, node)?;
+    Ok(picture)
+}
+
+fn of_image(decoded: DynamicImage, format: Option<ImageFormat>, bytes: &[u8], icc: Option<Vec<u8>>) -> Picture {
+    let (width, height) = (decoded.width(), decoded.height());
+    let (channels, samples) = match decoded {
+        DynamicImage::ImageLuma8(i) => (1, Samples::Bytes(i.into_raw())),
+        DynamicImage::ImageLumaA8(i) => (2, Samples::Bytes(i.into_raw())),
+        DynamicImage::ImageRgb8(i) => (3, Samples::Bytes(i.into_raw())),
+        DynamicImage::ImageRgba8(i) => (4, Samples::Bytes(i.into_raw())),
+        DynamicImage::ImageLuma16(i) => (1, Samples::Words(i.into_raw())),
+        DynamicImage::ImageLumaA16(i) => (2, Samples::Words(i.into_raw())),
+        DynamicImage::ImageRgb16(i) => (3, Samples::Words(i.into_raw())),
+        DynamicImage::ImageRgba16(i) => (4, Samples::Words(i.into_raw())),
+        DynamicImage::ImageRgb32F(i) => (3, Samples::Floats(i.into_raw())),
+        other => (4, Samples::Floats(other.into_rgba32f().into_raw())),
+    };
+    let space = match (format, icc) {
+        (Some(ImageFormat::Png), _) => ColorSpace::of_png(bytes),
+        (_, Some(icc)) => ColorSpace::of_icc(&icc, if channels < 3 { 1 } else { 3 }),
+        _ => Ok(None),
+    };
+    let (space, notes) = match space {
+        Ok(space) => (space, Vec::new()),
+        Err(note) => (None, vec![note.to_string()]),
+    };
+    Picture::new(width, height, channels, samples, space, notes)
 }
 
 impl Picture {
-    /// Linear RGB and alpha of every pixel; `encoded` says whether whole numbers stand for sRGB, or for shares as they are.
-    pub(in crate::scene) fn linear(&self, encoded: bool) -> impl Iterator<Item = [f64; 4]> {
-        self.pixels.iter().map(move |&[r, g, b, a]| {
-            let decode = |v: f32| if encoded { upsample::srgb_decode(f64::from(v)) } else { f64::from(v) };
-            [decode(r), decode(g), decode(b), f64::from(a)]
-        })
+    fn new(width: u32, height: u32, channels: usize, samples: Samples, space: Option<ColorSpace>, notes: Vec<String>) -> Self {
+        let (planes, vectors, colors) = Default::default();
+        Picture { width, height, channels, samples, space, notes, planes, vectors, colors }
     }
 
-    /// The picture of these linear colours as spectra. `None` where one is not finite in single precision, or as a share beyond 1.
-    pub(in crate::scene) fn spectra(&self, rgb: impl Iterator<Item = [f64; 3]>, place: Place) -> Option<Image> {
-        // A picture of whole numbers has few colours.
-        let mut known: HashMap<[u64; 3], [f32; 4]> = HashMap::new();
-        let mut texel = |rgb: [f64; 3]| -> Option<[f32; 4]> {
-            let found = *known.entry(rgb.map(f64::to_bits)).or_insert_with(|| match place {
-                Place::Light => coefficients(upsample::emission_texel(rgb)),
-                _ => coefficients(upsample::reflectance_texel(rgb)),
-            });
-            let most = if place == Place::Light { f64::INFINITY } else { 1.0 };
-            (found.iter().all(|v| v.is_finite()) && rgb.iter().all(|v| *v <= most)).then_some(found)
+    /// Refuses what is not finite.
+    fn check(&self, name: &str, node: &Node) -> Result<()> {
+        let (values, stride) = match &self.samples {
+            Samples::Floats(values) => (values.as_slice(), self.channels),
+            Samples::Spectra(spectra) => (spectra.values(), spectra.channels()),
+            _ => return Ok(()),
         };
-        let texels = rgb.map(&mut texel).collect::<Option<Vec<_>>>()?;
-        Some(Image { width: self.width, height: self.height, texels })
+        match values.iter().position(|v| !v.is_finite()) {
+            None => Ok(()),
+            Some(i) => {
+                let (x, y) = (i / stride % self.width as usize, i / stride / self.width as usize);
+                Err(node.fail(format!("{name}: the texel at {x}, {y} is not finite"), "repair the picture"))
+            }
+        }
+    }
+
+    fn pixels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// Bytes that it is likely to take as texels.
+    fn bytes(&self) -> u64 {
+        let of_pixel = match &self.samples {
+            Samples::Bytes(_) if self.channels < 3 => self.channels,
+            Samples::Bytes(_) => 4,
+            Samples::Words(_) if self.channels < 3 => 2 * self.channels,
+            Samples::Words(_) | Samples::Floats(_) => 8,
+            Samples::Spectra(spectra) => 16 * spectra.stride(),
+        };
+        self.pixels() as u64 * of_pixel as u64
+    }
+
+    /// The same with half as many columns and rows, the mean of two by two pixels each.
+    fn halved(self) -> Picture {
+        let size = [self.width, self.height].map(|n| n as usize);
+        let half = size.map(|n| n.div_ceil(2));
+        fn mean<T: Copy + Send + Sync>(values: &[T], n: usize, size: [usize; 2], half: [usize; 2], of: fn([T; 4]) -> T) -> Vec<T> {
+            let at = |x: usize, y: usize, c: usize| values[(y.min(size[1] - 1) * size[0] + x.min(size[0] - 1)) * n + c];
+            let texel = |i: usize| {
+                let (x, y, c) = (i / n % half[0], i / n / half[0], i % n);
+                of([(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| at(2 * x + dx, 2 * y + dy, c)))
+            };
+            (0..half[0] * half[1] * n).into_par_iter().map(texel).collect()
+        }
+        let (n, floats) = (self.channels, |v: [f32; 4]| v.iter().sum::<f32>() / 4.0);
+        let samples = match &self.samples {
+            Samples::Bytes(v) => Samples::Bytes(mean(v, n, size, half, |v| ((v.map(u32::from).iter().sum::<u32>() + 2) / 4) as u8)),
+            Samples::Words(v) => Samples::Words(mean(v, n, size, half, |v| ((v.map(u32::from).iter().sum::<u32>() + 2) / 4) as u16)),
+            Samples::Floats(v) => Samples::Floats(mean(v, n, size, half, floats)),
+            Samples::Spectra(s) => {
+                let values = mean(s.values(), s.channels(), size, half, floats);
+                Samples::Spectra(Arc::new(Spectra::new(s.edges_nm().to_vec(), values)))
+            }
+        };
+        Picture::new(half[0] as u32, half[1] as u32, n, samples, self.space, self.notes)
+    }
+
+    /// The spectra, if it has no colours.
+    pub(in crate::scene) fn spectra(&self) -> Option<&Arc<Spectra>> {
+        if let Samples::Spectra(spectra) = &self.samples { Some(spectra) } else { None }
+    }
+
+    /// A number of a pixel as the file has it, whole numbers as shares: 0 red to 3 alpha.
+    fn number(&self, pixel: usize, channel: usize) -> f64 {
+        let has_alpha = self.channels % 2 == 0;
+        let at = match channel {
+            3 if has_alpha => self.channels - 1,
+            3 => return 1.0,
+            _ if self.channels < 3 => 0,
+            channel => channel,
+        };
+        let at = pixel * self.channels + at;
+        match &self.samples {
+            Samples::Bytes(v) => f64::from(v[at]) / 255.0,
+            Samples::Words(v) => f64::from(v[at]) / 65535.0,
+            Samples::Floats(v) => f64::from(v[at]),
+            // Nobody asks for numbers of spectra.
+            Samples::Spectra(_) => 0.0,
+        }
+    }
+
+    fn rgb(&self, pixel: usize) -> [f64; 3] {
+        [0, 1, 2].map(|channel| self.number(pixel, channel))
+    }
+
+    /// Linear sRGB of a colour as the file has it.
+    fn linear(&self, rgb: [f64; 3], encoding: Encoding) -> [f64; 3] {
+        match (&self.space, &self.samples, encoding) {
+            (_, _, Encoding::Linear) | (None, Samples::Floats(_), _) | (_, Samples::Floats(_), Encoding::Srgb) => rgb,
+            (Some(space), _, Encoding::Own) => space.linear_srgb(rgb),
+            _ => rgb.map(upsample::srgb_decode),
+        }
+    }
+
+    /// The picture of a channel (0 red to 3 alpha), each number within 0 to 1 times `scale`, the same at every wavelength.
+    pub(in crate::scene) fn numbers(&self, channel: usize, scale: f64) -> Image {
+        let mut planes = self.planes.lock().unwrap_or_else(PoisonError::into_inner);
+        // Grey has one plane for all three.
+        let plane = if self.channels < 3 && channel < 3 { 0 } else { channel };
+        let stored = planes.entry(plane).or_insert_with(|| {
+            let numbers = (0..self.pixels()).into_par_iter().map(|i| self.number(i, channel));
+            Arc::new(match &self.samples {
+                Samples::Bytes(_) => Packed::new(1, numbers.map(|v| (v * 255.0).round() as u8).collect()),
+                _ => Packed::new(2, numbers.flat_map_iter(|v| ((v.clamp(0.0, 1.0) * 65535.0).round() as u16).to_le_bytes()).collect()),
+            })
+        });
+        Image { width: self.width, height: self.height, texels: Texels::Numbers { stored: stored.clone(), scale } }
     }
 
     /// The picture of the normals in tangent space that its colours stand for, x and y times `strength`.
     pub(in crate::scene) fn normals(&self, strength: f64) -> Image {
-        let texel = |p: &[f32; 4]| {
-            let [x, y, z] = [p[0], p[1], p[2]].map(|v| 2.0 * f64::from(v) - 1.0);
-            [(x * strength) as f32, (y * strength) as f32, z as f32, 0.0]
+        let stored = self.vectors.get_or_init(|| {
+            let pixels = (0..self.pixels()).into_par_iter();
+            let word = |v: f64| (v.clamp(0.0, 1.0) * 65535.0).round() as u16;
+            Arc::new(match &self.samples {
+                Samples::Bytes(_) => {
+                    Packed::new(4, pixels.flat_map_iter(|i| [0, 1, 2, 3].map(|c| (self.vector_number(i, c) * 255.0).round() as u8)).collect())
+                }
+                _ => Packed::new(8, pixels.flat_map_iter(|i| [0, 1, 2, 3].into_iter().flat_map(move |c| word(self.vector_number(i, c)).to_le_bytes())).collect()),
+            })
+        });
+        Image { width: self.width, height: self.height, texels: Texels::Vectors { stored: stored.clone(), scale: strength } }
+    }
+
+    /// As [`Picture::number`], 0 for a fourth.
+    fn vector_number(&self, pixel: usize, channel: usize) -> f64 {
+        if channel < 3 { self.number(pixel, channel) } else { 0.0 }
+    }
+
+    /// The picture of its colours, times `factors` in linear sRGB, as spectra. `None` where one is too bright for single precision, or as a share
+    /// below 0 or beyond 1.
+    pub(in crate::scene) fn colors(&self, factors: [f64; 3], place: Place, encoding: Encoding) -> Option<Image> {
+        let texels = match &self.samples {
+            Samples::Bytes(_) => {
+                let (stored, colors) = self.colors.get_or_init(|| self.index_colors());
+                let table: Option<Vec<_>> = colors.par_iter().map(|&rgb| self.texel(rgb, factors, place, encoding)).collect();
+                Texels::Colors { stored: stored.clone(), table: table?.into() }
+            }
+            _ => {
+                let texels: Option<Vec<_>> = self.texels(factors, place, encoding).map(|t| t.map(pack_sigmoid)).collect();
+                Texels::Sigmoids { stored: Arc::new(Packed::new(8, bytemuck::cast_slice(&texels?).to_vec())) }
+            }
         };
-        Image { width: self.width, height: self.height, texels: self.pixels.iter().map(texel).collect() }
+        Some(Image { width: self.width, height: self.height, texels })
     }
 
-    /// The picture of numbers that are the same at every wavelength.
-    pub(in crate::scene) fn numbers(&self, values: impl Iterator<Item = f64>) -> Image {
-        Image { width: self.width, height: self.height, texels: values.map(number).collect() }
+    /// Sigmoid coefficients and factor of every pixel, in full precision; as of [`Picture::colors`].
+    pub(in crate::scene) fn coefficients(&self, factors: [f64; 3], place: Place, encoding: Encoding) -> Option<Vec<[f32; 4]>> {
+        if let Samples::Bytes(_) = &self.samples {
+            let Texels::Colors { stored, table } = self.colors(factors, place, encoding)?.texels else { return None };
+            return Some((0..self.pixels()).map(|i| table[stored.index(i)]).collect());
+        }
+        self.texels(factors, place, encoding).collect()
     }
-}
 
-/// A texel that is `v` at every wavelength: the sigmoid of 0 is a half.
-fn number(v: f64) -> [f32; 4] {
-    [0.0, 0.0, 0.0, (2.0 * v) as f32]
-}
+    fn texels(&self, factors: [f64; 3], place: Place, encoding: Encoding) -> impl ParallelIterator<Item = Option<[f32; 4]>> {
+        (0..self.pixels()).into_par_iter().map(move |i| self.texel(self.rgb(i), factors, place, encoding))
+    }
 
-fn coefficients((c, scale): ([f64; 3], f64)) -> [f32; 4] {
-    [c[0] as f32, c[1] as f32, c[2] as f32, scale as f32]
+    fn texel(&self, rgb: [f64; 3], factors: [f64; 3], place: Place, encoding: Encoding) -> Option<[f32; 4]> {
+        if place != Place::Light && rgb.iter().any(|v| !(0.0..=1.0).contains(v)) {
+            return None;
+        }
+        let linear = self.linear(rgb, encoding);
+        let linear = std::array::from_fn(|i| linear[i] * factors[i]);
+        let (c, scale) = if place == Place::Light { upsample::emission_texel(linear) } else { upsample::reflectance_texel(linear) };
+        let texel = [c[0] as f32, c[1] as f32, c[2] as f32, scale as f32];
+        texel.iter().all(|v| v.is_finite()).then_some(texel)
+    }
+
+    /// Every pixel as the number of its colour, and the colours, each once, as the file has them.
+    fn index_colors(&self) -> (Arc<Packed>, Vec<[f64; 3]>) {
+        let Samples::Bytes(values) = &self.samples else { return (Arc::new(Packed::new(1, Vec::new())), Vec::new()) };
+        let mut colors: Vec<[u8; 3]> = Vec::new();
+        let mut known: HashMap<[u8; 3], u32> = HashMap::new();
+        let mut last = None;
+        let number = |pixel: &[u8]| {
+            let rgb = if pixel.len() < 3 { [pixel[0]; 3] } else { [pixel[0], pixel[1], pixel[2]] };
+            match last {
+                Some((before, number)) if before == rgb => number,
+                _ => {
+                    let number = *known.entry(rgb).or_insert_with(|| {
+                        colors.push(rgb);
+                        colors.len() as u32 - 1
+                    });
+                    last = Some((rgb, number));
+                    number
+                }
+            }
+        };
+        let numbers: Vec<u32> = values.chunks_exact(self.channels).map(number).collect();
+        let stored = match colors.len() {
+            ..=0x100 => Packed::new(1, numbers.iter().map(|n| *n as u8).collect()),
+            ..=0x10000 => Packed::new(2, numbers.iter().flat_map(|n| (*n as u16).to_le_bytes()).collect()),
+            _ => Packed::new(4, numbers.iter().flat_map(|n| n.to_le_bytes()).collect()),
+        };
+        (Arc::new(stored), colors.into_iter().map(|rgb| rgb.map(|v| f64::from(v) / 255.0)).collect())
+    }
 }
