@@ -8,8 +8,8 @@
 #endif
 @group(0) @binding(20) var textures: Table<vec4u, Texture>;
 
-// Texture coordinates of the point `p` of a triangle.
-fn uv_at(number: u32, p: vec3f) -> vec2f {
+// Texture coordinates of the point `p` of a triangle: what is left of them (x, y) without whole numbers (z, w) that are the same for all of its points.
+fn uv_at(number: u32, p: vec3f) -> vec4f {
     let primitive = primitive_at(number);
     let p0 = primitive.r0.xyz;
     let e1 = primitive.r1.xyz - p0;
@@ -20,13 +20,8 @@ fn uv_at(number: u32, p: vec3f) -> vec2f {
     let b2 = dot(cross(e1, p - p0), n) * scale;
     let at = params.first_uv + 2u * primitive.place;
     let ab = bitcast<vec4f>(load_textures(at));
-    let c = bitcast<vec4f>(load_textures(at + 1u)).xy;
-    return (1.0 - b1 - b2) * ab.xy + b1 * ab.zw + b2 * c;
-}
-
-// What was taken off the coordinates of all points of a triangle: whole numbers.
-fn whole_uv(number: u32) -> vec2f {
-    return bitcast<vec4f>(load_textures(params.first_uv + 2u * primitive_at(number).place + 1u)).zw;
+    let c = bitcast<vec4f>(load_textures(at + 1u));
+    return vec4f((1.0 - b1 - b2) * ab.xy + b1 * ab.zw + b2 * c.xy, c.zw);
 }
 
 const WRAP_MIRROR = 1u;
@@ -112,8 +107,9 @@ fn load_texel(t: Texture, i: u32) -> vec4f {
 // The texels around the point `p` of a triangle, and their weights.
 fn filter_texels(index: u32, primitive: u32, p: vec3f) -> Filtered {
     let t = load_Texture(index);
-    let uv = vec3f(uv_at(primitive, p), 1.0);
-    let whole = whole_uv(primitive);
+    let coordinates = uv_at(primitive, p);
+    let uv = vec3f(coordinates.xy, 1.0);
+    let whole = coordinates.zw;
     let modes = vec2u(t.sampling & 3u, (t.sampling >> 2u) & 3u);
     let nearest = (t.sampling & 16u) != 0u;
     let size = vec2i(i32(t.width), i32(t.height));

@@ -126,7 +126,7 @@ fn explain(scene: &Scene, plan: &Plan) -> Vec<String> {
     let panes = scene.materials.iter().filter_map(Material::pane);
     lines.extend(few(panes.map(|ior| format!("thin panes: {}", index(ior, bins.min_nm, bins.max_nm))), "thin panes"));
     if plan.texture_bytes > 0 {
-        lines.push(format!("pictures on surfaces: {:.1} MiB of spectra", plan.texture_bytes as f64 / 1048576.0));
+        lines.push(format!("pictures on surfaces: {:.1} MiB", plan.texture_bytes as f64 / 1048576.0));
     }
     lines.push(match &plan.light {
         Some(_) => "caustics: looked for by light paths from the lamps".into(),

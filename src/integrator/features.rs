@@ -4,8 +4,8 @@
 use super::Techniques;
 use crate::geometry::{Bounds, bounds};
 use crate::gpu::scene::{SLOTS, light_grid_pays};
-use crate::scene::volumes::most_overlapping;
 use crate::scene::texture::{self, Texels};
+use crate::scene::volumes::most_overlapping;
 use crate::scene::{EnvironmentTexels, Filter, Geometry, Interior, Light, Material, Mesh, Scene, Sensor, Shape, Starts};
 use crate::spectrum::Ior;
 use glam::DVec3;

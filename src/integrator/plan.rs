@@ -189,7 +189,7 @@ impl fmt::Display for Plan {
             writeln!(f, "  {title}: {}", if have.is_empty() { "none".to_string() } else { have.join(", ") })?;
         }
         if self.texture_bytes > 0 {
-            writeln!(f, "  pictures on surfaces: {:.1} MiB of spectra", self.texture_bytes as f64 / 1048576.0)?;
+            writeln!(f, "  pictures on surfaces: {:.1} MiB", self.texture_bytes as f64 / 1048576.0)?;
         }
         for line in &self.blind_spots {
             writeln!(f, "  not found: {line}")?;

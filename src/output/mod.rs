@@ -10,11 +10,11 @@ mod exr_xyz;
 mod icc;
 pub mod picture;
 
+pub(crate) use bands::Selection;
 pub use bands::{Band, Bands};
 pub use checkpoint::{Checkpoint, write_checkpoint};
 pub use exr::{Provenance, write_exr};
 pub use exr_merge::{Merged, merge_exrs};
-pub(crate) use bands::Selection;
 pub(crate) use exr_pixels::read_pixels;
 pub(crate) use exr_read::check_size;
 pub use exr_read::{Quantity, SpectralImage};

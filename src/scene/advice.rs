@@ -6,6 +6,7 @@ use crate::geometry::{Bounds, bounds, corners};
 use crate::scene::bounds_of_all;
 use crate::scene::initial_interiors;
 use crate::scene::mesh;
+use crate::scene::texture;
 use crate::scene::volumes::overlaps;
 use crate::scene::weld::{Edge, Weld};
 use crate::scene::{Geometry, Interior, Light, Mesh, Scene, Shape};
@@ -18,6 +19,8 @@ use std::sync::Arc;
 const LARGEST_GLASS: f64 = 20.0;
 /// See [`LARGEST_GLASS`].
 const LARGEST_SCENE: f64 = 1000.0;
+/// What a table of 4096 by 16384 texels holds, bytes: all that usual adapters have.
+const LARGEST_TABLE: u64 = 1 << 30;
 /// Pairs of faces in one plane that are looked at, at most.
 const MOST_PAIRS: usize = 100_000;
 
@@ -41,7 +44,7 @@ pub fn advice_before_rendering(scene: &Scene) -> Vec<String> {
 }
 
 fn quick_advice(scene: &Scene) -> Vec<String> {
-    let kinds = [unlit, inside_out, units, sight].into_iter().map(|kind| kind(scene));
+    let kinds = [unlit, inside_out, units, large_pictures, sight].into_iter().map(|kind| kind(scene));
     [scene.warnings.clone()].into_iter().chain(kinds).flat_map(few).collect()
 }
 
@@ -264,13 +267,26 @@ fn lights_inside(scene: &Scene) -> Vec<String> {
     places.iter().zip(initial_interiors(scene, &points)).filter_map(line).collect()
 }
 
+/// Pictures with the texture coordinates of all triangles, where they are more than usual adapters hold.
+fn large_pictures(scene: &Scene) -> Vec<String> {
+    let bytes = texture::bytes(scene);
+    if bytes <= LARGEST_TABLE {
+        return Vec::new();
+    }
+    vec![format!(
+        "pictures on surfaces take {} MiB, and usual adapters hold {} MiB of them; use smaller pictures, or fewer colours that multiply them",
+        bytes >> 20,
+        LARGEST_TABLE >> 20
+    )]
+}
+
 fn units(scene: &Scene) -> Vec<String> {
     let size = |b: Bounds| if b.is_empty() { 0.0 } else { (b.max - b.min).max_element() };
     let whole = size(bounds_of_all(&scene.shapes));
     let is_glass = |s: &&Shape| scene.materials[scene.bounding_part(s.material)].interface().is_some();
     let glass =
         scene.shapes.iter().filter(is_glass).map(|s| (size(bounds(&s.geometry)), &s.name)).max_by(|a, b| a.0.total_cmp(&b.0));
-    let remedy = "lengths are metres: if they were meant as millimetres, scale everything by 0.001";
+    let remedy = "lengths are metres: if they were meant as millimetres, write \"unit\": \"mm\" beside the shape's or mesh's other keys, or scale everything by 0.001";
     match glass {
         Some((size, name)) if size > LARGEST_GLASS => vec![format!("the glass {name:?} is {size:.0} m across; {remedy}")],
         _ if whole > LARGEST_SCENE => vec![format!("the scene is {whole:.0} m across; {remedy}")],

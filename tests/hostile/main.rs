@@ -46,12 +46,18 @@ const CORPUS: &[(&str, Kind)] = &[
     ("scenes/compare/newton/prism.ply", Kind::Mesh),
     ("tests/data/scenes/dropped.ply", Kind::Mesh),
     ("tests/data/scenes/square.obj", Kind::Mesh),
+    ("tests/data/scenes/tetrahedron.stl", Kind::Mesh),
+    ("tests/data/scenes/tetrahedron_text.stl", Kind::Mesh),
     ("tests/data/scenes/glass.gltf", Kind::Mesh),
     ("tests/data/scenes/glass.gltf", Kind::Gltf),
     ("tests/data/scenes/blender.glb", Kind::Gltf),
     ("tests/data/scenes/bumpy.gltf", Kind::Gltf),
     ("tests/data/scenes/sky.png", Kind::Environment),
     ("tests/data/scenes/sky.png", Kind::Texture),
+    ("tests/data/scenes/pictures/profile.png", Kind::Texture),
+    ("tests/data/scenes/pictures/profile.webp", Kind::Texture),
+    ("tests/data/scenes/pictures/layers.exr", Kind::Environment),
+    ("tests/data/scenes/pictures/reflectance.exr", Kind::Texture),
     ("tests/data/scenes/ramp.csv", Kind::Spectrum),
     ("tests/data/measured/lamp.spdx", Kind::Spectrum),
     ("tests/data/measured/lamp.sp", Kind::Spectrum),
@@ -186,7 +192,7 @@ fn known_attacks_and_inputs_of_past_failures_are_errors_of_one_line() {
         let name = path.file_name().expect("a name").to_string_lossy().into_owned();
         let kind = match name.rsplit('.').next() {
             Some("json") => Kind::Scene,
-            Some("ply" | "obj") => Kind::Mesh,
+            Some("ply" | "obj" | "stl") => Kind::Mesh,
             Some("glb" | "gltf") => Kind::Gltf,
             Some("png" | "jpg" | "hdr") => Kind::Texture,
             Some("csv") => Kind::Spectrum,
@@ -200,4 +206,45 @@ fn known_attacks_and_inputs_of_past_failures_are_errors_of_one_line() {
     }
     std::fs::remove_dir_all(&folder).expect("the folder");
     assert!(seen >= 3, "{seen} inputs");
+}
+
+/// Many pictures of one part of a file are one.
+#[test]
+fn pictures_of_the_same_data_are_decoded_once() {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, 4096, 4096);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.write_header().expect("a header").write_image_data(&vec![77; 1 << 24]).expect("pixels");
+    let folder = std::env::temp_dir().join(format!("abbe-hostile-shared-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let floats = [0.0f32, 0., 0., 1., 0., 0., 0., 1., 0., /* uv */ 0., 0., 1., 0., 0., 1.];
+    let mut data: Vec<u8> = floats.iter().flat_map(|v| v.to_le_bytes()).collect();
+    data.extend(&file);
+    std::fs::write(folder.join("t.bin"), &data).expect("a file");
+    let count = 60;
+    let list = |item: &dyn Fn(usize) -> String| (0..count).map(item).collect::<Vec<_>>().join(",");
+    let text = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0}}], "meshes": [{{"primitives": [{}]}}],
+            "materials": [{}], "textures": [{}], "images": [{}], "buffers": [{{"byteLength": {}, "uri": "t.bin"}}],
+            "bufferViews": [{{"buffer": 0, "byteLength": 36}}, {{"buffer": 0, "byteOffset": 36, "byteLength": 24}},
+                            {{"buffer": 0, "byteOffset": 60, "byteLength": {}}}],
+            "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}}, {{"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2"}}]}}"#,
+        list(&|i| format!(r#"{{"attributes": {{"POSITION": 0, "TEXCOORD_0": 1}}, "material": {i}}}"#)),
+        list(&|i| format!(
+            r#"{{"pbrMetallicRoughness": {{"baseColorTexture": {{"index": {i}}}, "metallicFactor": 0, "baseColorFactor": [0.5, 0.5, {}, 1]}}}}"#,
+            i as f64 / 60.0
+        )),
+        list(&|i| format!(r#"{{"source": {i}}}"#)),
+        list(&|_| r#"{"bufferView": 2, "mimeType": "image/png"}"#.into()),
+        data.len(),
+        file.len(),
+    );
+    std::fs::write(folder.join("t.gltf"), text).expect("a file");
+    let before = memory::watch();
+    load(&folder.join("t.gltf"), &LoadOptions::default()).expect("a scene");
+    let used = memory::peak().saturating_sub(before);
+    std::fs::remove_dir_all(&folder).expect("the folder");
+    // A byte a texel as decoded and as stored, the number of its colour in between.
+    assert!(used < 160 << 20, "{} MiB for a picture of 16", used >> 20);
 }

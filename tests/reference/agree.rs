@@ -116,7 +116,7 @@ fn backward_and_forward_agree_under_the_sky() {
     s.lights.push(Light::Constant { radiance: ramp(0.5, 0.2) });
     let direction = dvec3(-0.3, -1.0, -0.4).normalize();
     s.lights.push(Light::Sun { direction, cos_angle: 0.9, irradiance: ramp(1.0, 2.0) });
-    let texels = (0..32).map(|i| [0.0, 0.0, 0.0, 0.1 * (i % 7) as f32]).collect();
+    let texels = EnvironmentTexels::Colors((0..32).map(|i| [0.0, 0.0, 0.0, 0.1 * (i % 7) as f32]).collect());
     let to_local = DMat3::from_rotation_y(0.7) * DMat3::from_rotation_x(0.3);
     s.lights.push(Light::Image(Arc::new(EnvironmentMap { width: 8, height: 4, texels, illuminant: ramp(1.0, 0.5), to_local })));
     agree("sky", &s, 100, 500);

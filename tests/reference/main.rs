@@ -223,7 +223,7 @@ fn every_light_gives_the_flux_it_should() {
     close("sun", flux_of(sun), 3.0 / (PI * 0.36) * 2.0 * PI * 0.2 * PI);
     close("constant", flux_of(Light::Constant { radiance: flat(3.0) }), 3.0 * 4.0 * PI * PI);
     // Upper half of the sky at 2 (sigmoid of 0 is 1/2), lower half dark.
-    let texels = [vec![[0.0, 0.0, 0.0, 4.0]; 16], vec![[0.0; 4]; 16]].concat();
+    let texels = EnvironmentTexels::Colors([vec![[0.0, 0.0, 0.0, 4.0]; 16], vec![[0.0; 4]; 16]].concat());
     let map = EnvironmentMap { width: 8, height: 4, texels, illuminant: flat(1.0), to_local: DMat3::IDENTITY };
     close("image", flux_of(Light::Image(Arc::new(map))), 2.0 * 2.0 * PI * PI);
 }
@@ -331,7 +331,9 @@ fn interiors_are_counted_from_the_geometry() {
     let points = [DVec3::ZERO, dvec3(0.0, 1.2, 0.0), dvec3(0.0, -5.0, 0.0), dvec3(0.0, 5.0, 0.0)];
     assert_eq!(initial_interiors(&s, &points), [vec![1, 2], vec![1], vec![], vec![]]);
     // Glass is glass whatever its normals and its roughness.
-    let image = Arc::new(texture::Image { width: 1, height: 1, texels: vec![[0.0, 0.0, 1.0, 1.0]] });
+    let stored = Arc::new(texture::Packed::new(4, vec![128, 128, 255, 0]));
+    let texels = texture::Texels::Vectors { stored, scale: 1.0 };
+    let image = Arc::new(texture::Image { width: 1, height: 1, texels });
     let to_image = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let (wrap, factor) = ([texture::Wrap::Repeat; 2], flat(1.0));
     let picture = Arc::new(texture::ImageTexture { image, wrap, nearest: false, to_image, factor, cutoff: None });

@@ -8,6 +8,8 @@ mod instances;
 mod khronos;
 mod malformed;
 mod measured;
+mod meshes;
+mod pictures;
 mod profiles;
 mod sheen;
 mod spectra;

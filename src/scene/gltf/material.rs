@@ -466,9 +466,7 @@ fn absorption(volume: &Node, range: (f64, f64)) -> Result<Spectrum> {
 fn is_one(share: &Texture) -> bool {
     match share {
         Texture::Uniform(spectrum) => *spectrum == Spectrum::Constant(1.0),
-        Texture::Image(picture) => {
-            picture.image.range()[0] * picture.factor.eval(550.0) >= picture.cutoff.unwrap_or(1.0 - 1e-6)
-        }
+        Texture::Image(picture) => picture.image.range()[0] * picture.factor.eval(550.0) >= picture.cutoff.unwrap_or(1.0 - 1e-6),
     }
 }
 

@@ -23,6 +23,9 @@ const MOST_VISITS: u32 = 1_000_000;
 /// Triangles of the whole scene at most, those of shared meshes counted once.
 pub(in crate::scene) const MOST_TRIANGLES: usize = 20_000_000;
 
+/// Units of length, m.
+const UNITS: &[(&str, f64)] = &[("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("um", 1e-6), ("in", 0.0254), ("ft", 0.3048)];
+
 impl Loader {
     /// Reads `shapes`, with `groups` to take instances from.
     pub(in crate::scene) fn shapes(&mut self, root: &Node) -> Result<()> {
@@ -65,6 +68,7 @@ impl Loader {
             Some(t) => parent * transform::parse(&t)?,
             None => parent,
         };
+        let world = unit(node, &inner)?.map_or(world, |metres| world * DMat4::from_scale(DVec3::splat(metres)));
         let surplus = node.get("material").or(node.get("emission")).or(node.get("volume"));
         if let (Some(surplus), "instance" | "gltf") = (surplus, kind) {
             return Err(surplus.fail(format!("{kind:?} brings its own materials"), "remove this key"));
@@ -241,6 +245,18 @@ impl Loader {
         self.meshes.insert(key, mesh.clone());
         Ok(mesh)
     }
+}
+
+/// What the lengths of a shape, or of the file of a mesh, are given in, m.
+fn unit(shape: &Node, geometry: &Node) -> Result<Option<f64>> {
+    let (of_shape, of_file) = (shape.get("unit"), geometry.get("unit"));
+    if let (Some(_), Some(surplus)) = (&of_shape, &of_file) {
+        return Err(surplus.fail("the shape has a \"unit\" already", "keep one of the two"));
+    }
+    let Some(unit) = of_shape.or(of_file) else { return Ok(None) };
+    let names: Vec<&str> = UNITS.iter().map(|(name, _)| *name).collect();
+    let name = unit.choice(&names)?;
+    Ok(UNITS.iter().find(|(known, _)| *known == name).map(|(_, metres)| *metres))
 }
 
 fn polyhedron(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Geometry {

@@ -41,6 +41,14 @@ pub(in crate::scene) fn image(reader: &SpectrumReader, node: &Node) -> Result<Li
         }
     };
     let map = EnvironmentMap { width, height, texels, illuminant, to_local };
-    reader.check(node, &map.illuminant.clone().scaled(map.brightest()), Place::Light)?;
+    // Before single precision makes nothing of it.
+    let brightest = match (map.brightest(), picture.spectra()) {
+        (0.0, None) => {
+            let unscaled = picture.coefficients([1.0; 3], Place::Light, Encoding::Own).ok_or_else(too_bright)?;
+            unscaled.iter().map(|t| 0.5 * f64::from(t[3]) * scale).fold(0.0, f64::max)
+        }
+        (brightest, _) => brightest,
+    };
+    reader.check(node, &map.illuminant.clone().scaled(brightest), Place::Light)?;
     Ok(Light::Image(Arc::new(map)))
 }

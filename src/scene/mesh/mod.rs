@@ -1,8 +1,9 @@
-//! Triangle meshes: files of three formats into one form, checked and placed in the world.
+//! Triangle meshes: files of four formats into one form, checked and placed in the world.
 
 pub(in crate::scene) mod instance;
 mod obj;
 mod ply;
+mod stl;
 
 use crate::geometry::transformed;
 use crate::scene::json::LARGEST_LENGTH;
@@ -14,13 +15,14 @@ use std::path::Path;
 /// A picture is repeated at most this often: whole numbers are exact in single precision up to 16 times that.
 const MOST_REPEATS: f64 = 1e6;
 
-/// Reads a PLY or OBJ file by its extension.
+/// Reads a PLY, OBJ or STL file by its extension.
 pub fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, Flaw> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let mesh = match extension.as_str() {
         "ply" => ply::read(bytes)?,
         "obj" => obj::read(bytes)?,
-        _ => return Err((format!("meshes of kind {extension:?} cannot be read"), "use .ply, .obj, .glb or .gltf".into())),
+        "stl" => stl::read(bytes)?,
+        _ => return Err((format!("meshes of kind {extension:?} cannot be read"), "use .ply, .obj, .stl, .glb or .gltf".into())),
     };
     if mesh.triangles.is_empty() {
         return Err(("the mesh has no triangles".into(), "export it with faces".into()));

@@ -2,9 +2,9 @@
 
 use crate::color::upsample;
 use crate::error::{Result, quoted};
+use crate::output::Bands;
 use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
-use crate::output::Bands;
 use crate::scene::json::spectra::{Place, SpectrumReader};
 use crate::scene::texture::picture::{Encoding, Picture};
 use crate::scene::texture::{Image, ImageTexture, Texels, Texture, Wrap};
@@ -89,7 +89,8 @@ impl Loader {
                 let hold = place != Place::Light;
                 self.reader.remark_bins(file, spectra.edges_nm(), hold);
                 let texels = Texels::Spectra { stored: spectra.clone(), hold };
-                Some(Image { width: picture.width, height: picture.height, texels }).filter(|_| !hold || spectra.greatest() <= 1.0)
+                Some(Image { width: picture.width, height: picture.height, texels })
+                    .filter(|_| !hold || spectra.greatest() <= 1.0)
             }
             None => picture.colors([1.0; 3], place, encoding),
         };
@@ -130,7 +131,8 @@ impl SpectrumReader {
         let (first, last) = (edges_nm[0], edges_nm[edges_nm.len() - 1]);
         if first > lo + 1e-3 || last < hi - 1e-3 {
             let beyond = if hold { "its end values are taken" } else { "it is taken to be dark" };
-            let text = format!("the picture has bins from {first} to {last} nm; in the rest of the film's {lo} to {hi} nm {beyond}");
+            let text =
+                format!("the picture has bins from {first} to {last} nm; in the rest of the film's {lo} to {hi} nm {beyond}");
             self.remarks.note(node, &text);
         }
     }

@@ -11,7 +11,7 @@ mod texels;
 
 pub use texels::{Image, Packed, Spectra, Texels, channel_at, pack_sigmoid, unpack_sigmoid};
 
-use crate::scene::{Material, Mesh, Scene};
+use crate::scene::{Geometry, Material, Mesh, Scene};
 use crate::spectrum::Spectrum;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
@@ -195,7 +195,7 @@ pub fn of_scene(scene: &Scene) -> impl Iterator<Item = &Arc<ImageTexture>> {
     of_materials.chain(scene.shapes.iter().filter_map(|s| s.emission.as_ref()?.radiance.image()))
 }
 
-/// Bytes of all pictures on a scene's surfaces as an adapter holds them: texels and tables of colours, each once.
+/// Bytes of all pictures on a scene's surfaces as an adapter holds them: texels and tables of colours, each once, and texture coordinates.
 pub fn bytes(scene: &Scene) -> u64 {
     let mut parts: HashMap<*const u8, usize> = HashMap::new();
     for texture in of_scene(scene) {
@@ -213,7 +213,22 @@ pub fn bytes(scene: &Scene) -> u64 {
             }
         }
     }
-    parts.values().sum::<usize>() as u64
+    if parts.is_empty() {
+        return 0;
+    }
+    // Texture coordinates of every primitive, those of shared meshes once.
+    let mut shared: HashMap<*const Mesh, usize> = HashMap::new();
+    let mut count = 0;
+    for shape in &scene.shapes {
+        match &shape.geometry {
+            Geometry::Mesh(mesh) => count += mesh.triangles.len(),
+            Geometry::Instance(instance) => {
+                shared.insert(Arc::as_ptr(instance.mesh()), instance.mesh().triangles.len());
+            }
+            _ => count += 1,
+        }
+    }
+    (parts.values().sum::<usize>() + 32 * (count + shared.values().sum::<usize>())) as u64
 }
 
 #[cfg(test)]

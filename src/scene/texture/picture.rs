@@ -69,10 +69,17 @@ pub(in crate::scene) struct Picture {
 #[derive(Debug, Clone, Default)]
 pub(in crate::scene) struct Pictures(Arc<Mutex<Decoded>>);
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Decoded {
     known: HashMap<(u64, usize), Arc<Picture>>,
-    bytes: u64,
+    /// Bytes that there is room for.
+    room: u64,
+}
+
+impl Default for Decoded {
+    fn default() -> Self {
+        Decoded { known: HashMap::new(), room: MOST_BYTES }
+    }
 }
 
 impl std::fmt::Debug for Picture {
@@ -94,7 +101,7 @@ impl Pictures {
         }
         let mut picture = decode(bytes, name, node, bands)?;
         let (width, height) = (picture.width, picture.height);
-        while picture.bytes() > (MOST_BYTES - decoded.bytes.min(MOST_BYTES)) / 2 && picture.width.max(picture.height) > 1 {
+        while picture.bytes() > decoded.room / 2 && picture.width.max(picture.height) > 1 {
             picture = picture.halved();
         }
         if picture.width != width || picture.height != height {
@@ -106,7 +113,7 @@ impl Pictures {
             );
             picture.notes.push(text);
         }
-        decoded.bytes += picture.bytes();
+        decoded.room = decoded.room.saturating_sub(picture.bytes());
         let picture = Arc::new(picture);
         decoded.known.insert(key, picture.clone());
         Ok(picture)
@@ -118,6 +125,9 @@ fn decode(bytes: &[u8], name: &str, node: &Node, bands: Option<&Bands>) -> Resul
     let unreadable = |e: String| node.fail(format!("{name}: {e}"), "use a readable .png, .jpg, .webp, .hdr or .exr picture");
     let reader = || ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| unreadable(e.to_string()));
     let format = reader()?.format();
+    if bytes.starts_with(b"\xabKTX 2") {
+        return Err(unreadable("this is a KTX2 picture, which is not read".into()));
+    }
     let (width, height) = match format {
         Some(ImageFormat::OpenExr) => exr::dimensions(bytes).map_err(unreadable)?,
         _ => reader()?.into_dimensions().map(|(w, h)| (w as usize, h as usize)).map_err(|e| unreadable(e.to_string()))?,
@@ -222,7 +232,13 @@ impl Picture {
     fn halved(self) -> Picture {
         let size = [self.width, self.height].map(|n| n as usize);
         let half = size.map(|n| n.div_ceil(2));
-        fn mean<T: Copy + Send + Sync>(values: &[T], n: usize, size: [usize; 2], half: [usize; 2], of: fn([T; 4]) -> T) -> Vec<T> {
+        fn mean<T: Copy + Send + Sync>(
+            values: &[T],
+            n: usize,
+            size: [usize; 2],
+            half: [usize; 2],
+            of: fn([T; 4]) -> T,
+        ) -> Vec<T> {
             let at = |x: usize, y: usize, c: usize| values[(y.min(size[1] - 1) * size[0] + x.min(size[0] - 1)) * n + c];
             let texel = |i: usize| {
                 let (x, y, c) = (i / n % half[0], i / n / half[0], i % n);
@@ -232,8 +248,12 @@ impl Picture {
         }
         let (n, floats) = (self.channels, |v: [f32; 4]| v.iter().sum::<f32>() / 4.0);
         let samples = match &self.samples {
-            Samples::Bytes(v) => Samples::Bytes(mean(v, n, size, half, |v| ((v.map(u32::from).iter().sum::<u32>() + 2) / 4) as u8)),
-            Samples::Words(v) => Samples::Words(mean(v, n, size, half, |v| ((v.map(u32::from).iter().sum::<u32>() + 2) / 4) as u16)),
+            Samples::Bytes(v) => {
+                Samples::Bytes(mean(v, n, size, half, |v| ((v.map(u32::from).iter().sum::<u32>() + 2) / 4) as u8))
+            }
+            Samples::Words(v) => {
+                Samples::Words(mean(v, n, size, half, |v| ((v.map(u32::from).iter().sum::<u32>() + 2) / 4) as u16))
+            }
             Samples::Floats(v) => Samples::Floats(mean(v, n, size, half, floats)),
             Samples::Spectra(s) => {
                 let values = mean(s.values(), s.channels(), size, half, floats);
@@ -289,7 +309,10 @@ impl Picture {
             let numbers = (0..self.pixels()).into_par_iter().map(|i| self.number(i, channel));
             Arc::new(match &self.samples {
                 Samples::Bytes(_) => Packed::new(1, numbers.map(|v| (v * 255.0).round() as u8).collect()),
-                _ => Packed::new(2, numbers.flat_map_iter(|v| ((v.clamp(0.0, 1.0) * 65535.0).round() as u16).to_le_bytes()).collect()),
+                _ => Packed::new(
+                    2,
+                    numbers.flat_map_iter(|v| ((v.clamp(0.0, 1.0) * 65535.0).round() as u16).to_le_bytes()).collect(),
+                ),
             })
         });
         Image { width: self.width, height: self.height, texels: Texels::Numbers { stored: stored.clone(), scale } }
@@ -301,10 +324,18 @@ impl Picture {
             let pixels = (0..self.pixels()).into_par_iter();
             let word = |v: f64| (v.clamp(0.0, 1.0) * 65535.0).round() as u16;
             Arc::new(match &self.samples {
-                Samples::Bytes(_) => {
-                    Packed::new(4, pixels.flat_map_iter(|i| [0, 1, 2, 3].map(|c| (self.vector_number(i, c) * 255.0).round() as u8)).collect())
-                }
-                _ => Packed::new(8, pixels.flat_map_iter(|i| [0, 1, 2, 3].into_iter().flat_map(move |c| word(self.vector_number(i, c)).to_le_bytes())).collect()),
+                Samples::Bytes(_) => Packed::new(
+                    4,
+                    pixels.flat_map_iter(|i| [0, 1, 2, 3].map(|c| (self.vector_number(i, c) * 255.0).round() as u8)).collect(),
+                ),
+                _ => Packed::new(
+                    8,
+                    pixels
+                        .flat_map_iter(|i| {
+                            [0, 1, 2, 3].into_iter().flat_map(move |c| word(self.vector_number(i, c)).to_le_bytes())
+                        })
+                        .collect(),
+                ),
             })
         });
         Image { width: self.width, height: self.height, texels: Texels::Vectors { stored: stored.clone(), scale: strength } }
@@ -351,7 +382,8 @@ impl Picture {
         }
         let linear = self.linear(rgb, encoding);
         let linear = std::array::from_fn(|i| linear[i] * factors[i]);
-        let (c, scale) = if place == Place::Light { upsample::emission_texel(linear) } else { upsample::reflectance_texel(linear) };
+        let (c, scale) =
+            if place == Place::Light { upsample::emission_texel(linear) } else { upsample::reflectance_texel(linear) };
         let texel = [c[0] as f32, c[1] as f32, c[2] as f32, scale as f32];
         texel.iter().all(|v| v.is_finite()).then_some(texel)
     }
@@ -359,11 +391,16 @@ impl Picture {
     /// Every pixel as the number of its colour, and the colours, each once, as the file has them.
     fn index_colors(&self) -> (Arc<Packed>, Vec<[f64; 3]>) {
         let Samples::Bytes(values) = &self.samples else { return (Arc::new(Packed::new(1, Vec::new())), Vec::new()) };
+        let shares = |rgb: [u8; 3]| rgb.map(|v| f64::from(v) / 255.0);
+        if self.channels < 3 {
+            let greys = values.iter().step_by(self.channels).copied().collect();
+            return (Arc::new(Packed::new(1, greys)), (0..=255).map(|v| shares([v; 3])).collect());
+        }
         let mut colors: Vec<[u8; 3]> = Vec::new();
         let mut known: HashMap<[u8; 3], u32> = HashMap::new();
         let mut last = None;
         let number = |pixel: &[u8]| {
-            let rgb = if pixel.len() < 3 { [pixel[0]; 3] } else { [pixel[0], pixel[1], pixel[2]] };
+            let rgb = [pixel[0], pixel[1], pixel[2]];
             match last {
                 Some((before, number)) if before == rgb => number,
                 _ => {
@@ -382,6 +419,37 @@ impl Picture {
             ..=0x10000 => Packed::new(2, numbers.iter().flat_map(|n| (*n as u16).to_le_bytes()).collect()),
             _ => Packed::new(4, numbers.iter().flat_map(|n| n.to_le_bytes()).collect()),
         };
-        (Arc::new(stored), colors.into_iter().map(|rgb| rgb.map(|v| f64::from(v) / 255.0)).collect())
+        (Arc::new(stored), colors.into_iter().map(shares).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn pictures_are_made_smaller_until_all_have_room() {
+        let mut file = Vec::new();
+        let encoder = image::codecs::png::PngEncoder::new(&mut file);
+        // Columns of 0 and 200 in turn.
+        let pixels: Vec<u8> = (0..64 * 64).flat_map(|i| [if i % 2 == 0 { 0 } else { 200 }, 100, 50]).collect();
+        image::ImageEncoder::write_image(encoder, &pixels, 64, 64, image::ExtendedColorType::Rgb8).expect("a picture");
+        let value = serde_json::Value::Null;
+        let node = Node::root(&value, Path::new("t.json"));
+        let pictures = Pictures::default();
+        pictures.0.lock().expect("alone").room = 20_000;
+        let first = pictures.decode(&file, "one", &node, None).expect("a picture");
+        assert_eq!((first.width, first.height), (32, 32));
+        assert!(first.notes[0].contains("from 64 x 64 pixels to 32 x 32"), "{:?}", first.notes);
+        assert_eq!(first.rgb(77).map(|v| (v * 255.0).round()), [100.0, 100.0, 50.0]);
+        let again = pictures.decode(&file, "one", &node, None).expect("a picture");
+        assert!(Arc::ptr_eq(&first, &again));
+        // The others find less room, and still some.
+        for n in 0..40u8 {
+            let other = [file.as_slice(), &[n]].concat();
+            assert!(pictures.decode(&other, "another", &node, None).expect("a picture").width <= 32);
+        }
+        assert!(pictures.0.lock().expect("alone").room < 100);
     }
 }

@@ -60,11 +60,15 @@ impl ColorSpace {
         let profile = ColorProfile::new_from_slice(icc).map_err(|_| unreadable)?;
         let space = match (profile.color_space, components) {
             (DataColorSpace::Gray, 1) => {
-                let curve = || profile.gray_trc.as_ref().ok_or(unreadable).and_then(|c| c.make_linear_evaluator().map_err(|_| unreadable));
+                let curve = || {
+                    profile.gray_trc.as_ref().ok_or(unreadable).and_then(|c| c.make_linear_evaluator().map_err(|_| unreadable))
+                };
                 ColorSpace::Curves([curve()?, curve()?, curve()?], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
             }
             (DataColorSpace::Rgb, 3) => match [&profile.red_trc, &profile.green_trc, &profile.blue_trc] {
-                [Some(r), Some(g), Some(b)] if profile.lut_a_to_b_perceptual.is_none() && profile.lut_a_to_b_colorimetric.is_none() => {
+                [Some(r), Some(g), Some(b)]
+                    if profile.lut_a_to_b_perceptual.is_none() && profile.lut_a_to_b_colorimetric.is_none() =>
+                {
                     let curve = |c: &ToneReprCurve| c.make_linear_evaluator().map_err(|_| unreadable);
                     ColorSpace::Curves([curve(r)?, curve(g)?, curve(b)?], matrix_of_profile(&profile))
                 }
@@ -86,7 +90,10 @@ impl ColorSpace {
         let info = reader.info();
         if let Some(points) = &info.coding_independent_code_points {
             let unknown = "the chunk cICP names a colour space that is not known, and sRGB is taken";
-            let known = (CicpColorPrimaries::try_from(points.color_primaries), TransferCharacteristics::try_from(points.transfer_function));
+            let known = (
+                CicpColorPrimaries::try_from(points.color_primaries),
+                TransferCharacteristics::try_from(points.transfer_function),
+            );
             let (Ok(color_primaries), Ok(transfer_characteristics)) = known else { return Err(unknown) };
             let cicp = CicpProfile {
                 color_primaries,
@@ -102,7 +109,12 @@ impl ColorSpace {
             return Ok(ColorSpace::Curves([curve()?, curve()?, curve()?], matrix).unless_srgb());
         }
         if let Some(icc) = &info.icc_profile {
-            let components = if info.color_type == png::ColorType::Grayscale || info.color_type == png::ColorType::GrayscaleAlpha { 1 } else { 3 };
+            let components = if info.color_type == png::ColorType::Grayscale || info.color_type == png::ColorType::GrayscaleAlpha
+            {
+                1
+            } else {
+                3
+            };
             return ColorSpace::of_icc(icc, components);
         }
         let gamma = info.gama_chunk.map_or(GAMMA_OF_SRGB, |g| g.into_value());
@@ -130,7 +142,8 @@ impl ColorSpace {
             let (own, srgb) = (self.linear_srgb(rgb), rgb.map(srgb_decode));
             own.iter().zip(srgb).any(|(a, b)| !((a - b).abs() <= 1e-3))
         };
-        let colors = STEPS.into_iter().flat_map(|r| STEPS.into_iter().flat_map(move |g| STEPS.into_iter().map(move |b| [r, g, b])));
+        let colors =
+            STEPS.into_iter().flat_map(|r| STEPS.into_iter().flat_map(move |g| STEPS.into_iter().map(move |b| [r, g, b])));
         colors.into_iter().any(apart).then_some(self)
     }
 }

@@ -122,7 +122,9 @@ impl Spectra {
     /// The pixels as a table has them.
     pub fn padded(&self) -> impl Iterator<Item = [f32; 4]> {
         let (n, stride) = (self.channels(), self.stride());
-        self.values.chunks_exact(n).flat_map(move |pixel| (0..stride).map(move |k| std::array::from_fn(|i| pixel.get(4 * k + i).copied().unwrap_or(0.0))))
+        self.values.chunks_exact(n).flat_map(move |pixel| {
+            (0..stride).map(move |k| std::array::from_fn(|i| pixel.get(4 * k + i).copied().unwrap_or(0.0)))
+        })
     }
 
     /// The value of a pixel at `nm`.
@@ -250,11 +252,18 @@ mod tests {
         let near = |a: [f32; 4]| {
             let [c0, c1, c2, factor] = unpack_sigmoid(pack_sigmoid(a));
             for nm in [380.0, 450.0, 520.0, 610.0, 780.0] {
-                let (got, want) = (factor * sigmoid(&[c0, c1, c2], nm), f64::from(a[3]) * sigmoid(&[a[0], a[1], a[2]].map(f64::from), nm));
+                let (got, want) =
+                    (factor * sigmoid(&[c0, c1, c2], nm), f64::from(a[3]) * sigmoid(&[a[0], a[1], a[2]].map(f64::from), nm));
                 assert!((got - want).abs() <= 8e-4 * f64::from(a[3]), "{a:?} at {nm} nm: {got} for {want}");
             }
         };
-        for a in [[0.0, 0.0, 0.0, 1.0], [300.0, -310.0, 60.0, 1.0], [-500.0, 400.0, -70.0, 37.3], [12.0, 3.0, -9.0, 1e-12], [1.0, 2.0, 3.0, 7e18]] {
+        for a in [
+            [0.0, 0.0, 0.0, 1.0],
+            [300.0, -310.0, 60.0, 1.0],
+            [-500.0, 400.0, -70.0, 37.3],
+            [12.0, 3.0, -9.0, 1e-12],
+            [1.0, 2.0, 3.0, 7e18],
+        ] {
             near(a);
         }
         assert_eq!(unpack_sigmoid(pack_sigmoid([0.0, 0.0, 0.0, 2.0])), [0.0, 0.0, 0.0, 2.0]);

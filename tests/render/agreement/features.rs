@@ -5,6 +5,7 @@ use super::textures;
 use crate::adapter;
 use crate::scenes::*;
 use abbe::render::Integrator;
+use abbe::scene::texture::Spectra;
 use abbe::scene::*;
 use abbe::spectrum::{Formula, Ior};
 use glam::{DMat3, DVec3, dvec3};
@@ -315,7 +316,19 @@ fn sky() -> Scene {
     s.lights = vec![Light::Constant { radiance: ramp(0.5, 0.2) }];
     let direction = dvec3(-0.3, -1.0, -0.4).normalize();
     s.lights.push(Light::Sun { direction, cos_angle: 0.8, irradiance: ramp(1.0, 2.0) });
-    let texels = (0..32).map(|i| [0.0, 0.5, -0.3, 0.1 * (i % 7) as f32]).collect();
+    let texels = EnvironmentTexels::Colors((0..32).map(|i| [0.0, 0.5, -0.3, 0.1 * (i % 7) as f32]).collect());
+    let to_local = DMat3::from_rotation_y(0.7) * DMat3::from_rotation_x(0.3);
+    s.lights.push(Light::Image(Arc::new(EnvironmentMap { width: 8, height: 4, texels, illuminant: ramp(1.0, 0.5), to_local })));
+    s
+}
+
+/// Under a picture of spectra, in bins of their own, that end before the film does.
+fn measured_sky() -> Scene {
+    let mut s = sky();
+    s.lights.truncate(1);
+    let edges = vec![420.0, 470.0, 500.0, 560.0, 640.0, 690.0];
+    let values = (0..32 * 5).map(|i| 0.1 * (i * 5 % 13) as f32).collect();
+    let texels = EnvironmentTexels::Spectra(Arc::new(Spectra::new(edges, values)));
     let to_local = DMat3::from_rotation_y(0.7) * DMat3::from_rotation_x(0.3);
     s.lights.push(Light::Image(Arc::new(EnvironmentMap { width: 8, height: 4, texels, illuminant: ramp(1.0, 0.5), to_local })));
     s
@@ -456,6 +469,7 @@ agree! {
     lamps_by_profiles, 24, 1.5, measured_lamps();
     sun_of_no_size, 24, 1.0, parallel_sun();
     skies, 88, 1.0, sky();
+    a_sky_of_spectra, 88, 1.0, measured_sky();
     lamps_of_all_shapes, 24, 1.0, lamps();
     thin_lens_and_tent, 88, 1.0, lens();
     orthographic_and_gaussian, 160, 1.0, orthographic_view();

@@ -2,7 +2,7 @@
 
 use crate::scenes::*;
 use abbe::color::upsample;
-use abbe::scene::texture::{Image, ImageTexture, Wrap};
+use abbe::scene::texture::{Image, ImageTexture, Packed, Spectra, Texels, Wrap, pack_sigmoid};
 use abbe::scene::{Geometry, Interior, Light, Material, Mesh, Scene, Texture};
 use abbe::spectrum::Spectrum;
 use glam::{DVec2, DVec3, dvec2, dvec3};
@@ -12,12 +12,45 @@ use std::sync::Arc;
 const COLOURS: [[f64; 3]; 6] =
     [[0.9, 0.05, 0.02], [0.05, 0.8, 0.1], [0.02, 0.1, 0.9], [0.9, 0.85, 0.05], [0.5, 0.5, 0.5], [1.0, 1.0, 1.0]];
 
-fn image(colours: &[[f64; 3]], width: u32, texel: fn([f64; 3]) -> ([f64; 3], f64)) -> Arc<Image> {
+fn spectra_of(colours: &[[f64; 3]], texel: fn([f64; 3]) -> ([f64; 3], f64)) -> Vec<[f32; 4]> {
     let texel = |&rgb: &[f64; 3]| {
         let ([a, b, c], scale) = texel(rgb);
         [a, b, c, scale].map(|v| v as f32)
     };
-    Arc::new(Image { width, height: colours.len() as u32 / width, texels: colours.iter().map(texel).collect() })
+    colours.iter().map(texel).collect()
+}
+
+fn image_of(count: usize, width: u32, texels: Texels) -> Arc<Image> {
+    Arc::new(Image { width, height: count as u32 / width, texels })
+}
+
+/// Places of one, two or four bytes in a table of colours that is turned around.
+fn image(colours: &[[f64; 3]], width: u32, size: usize, texel: fn([f64; 3]) -> ([f64; 3], f64)) -> Arc<Image> {
+    let mut table = spectra_of(colours, texel);
+    table.reverse();
+    let places = (0..table.len() as u64).rev().flat_map(|i| i.to_le_bytes()[..size].to_vec());
+    let stored = Arc::new(Packed::new(size, places.collect()));
+    image_of(colours.len(), width, Texels::Colors { stored, table: table.into() })
+}
+
+/// Colours in eight bytes each.
+fn packed(colours: &[[f64; 3]], width: u32, texel: fn([f64; 3]) -> ([f64; 3], f64)) -> Arc<Image> {
+    let words = spectra_of(colours, texel).into_iter().flat_map(pack_sigmoid).flat_map(u32::to_le_bytes);
+    image_of(colours.len(), width, Texels::Sigmoids { stored: Arc::new(Packed::new(8, words.collect())) })
+}
+
+/// Numbers of one or two bytes.
+fn numbers(values: &[f64], width: u32, size: usize, scale: f64) -> Arc<Image> {
+    let most = (1u64 << (8 * size)) as f64 - 1.0;
+    let bytes = values.iter().flat_map(|v| ((v * most).round() as u64).to_le_bytes()[..size].to_vec());
+    image_of(values.len(), width, Texels::Numbers { stored: Arc::new(Packed::new(size, bytes.collect())), scale })
+}
+
+/// Spectra that differ from bin to bin, from 450 to 700 nm; the ends go on.
+fn bins(count: usize, width: u32) -> Arc<Image> {
+    let edges = vec![450.0, 480.0, 550.0, 610.0, 650.0, 700.0];
+    let values = (0..5 * count).map(|i| (i * 7 % 11) as f32 / 12.0).collect();
+    image_of(count, width, Texels::Spectra { stored: Arc::new(Spectra::new(edges, values)), hold: true })
 }
 
 fn texture(image: Arc<Image>, wrap: [Wrap; 2], to_image: [[f64; 3]; 2]) -> ImageTexture {
@@ -44,30 +77,36 @@ pub fn ball(center: DVec3, radius: f64) -> Geometry {
 
 /// Colours repeated over the plane.
 pub fn tiles() -> Texture {
-    let colours = image(&COLOURS, 3, upsample::reflectance_texel);
+    let colours = image(&COLOURS, 3, 1, upsample::reflectance_texel);
     on(texture(colours, [Wrap::Repeat, Wrap::Mirror], [[2.1, 0.7, 0.2], [-0.6, 1.9, -0.4]]))
 }
 
-/// A floor, a wall and a ball with pictures, before them a perforated and a half transparent sheet, and glass.
+/// A floor, a wall and a ball with pictures, stored in three ways, before them a perforated and a half transparent sheet, and glass.
 pub fn surfaces() -> Scene {
     let mut s = room(4, 16);
     s.max_depth = 16;
     s.shapes.clear();
-    let colours = image(&COLOURS, 3, upsample::reflectance_texel);
     let reflects = |t| Material::Diffuse { reflectance: on(t) };
     // Turned, stretched and moved.
-    let tiles = texture(colours.clone(), [Wrap::Repeat, Wrap::Mirror], [[2.1, 0.7, 0.2], [-0.6, 1.9, -0.4]]);
+    let tiles = texture(
+        image(&COLOURS, 3, 2, upsample::reflectance_texel),
+        [Wrap::Repeat, Wrap::Mirror],
+        [[2.1, 0.7, 0.2], [-0.6, 1.9, -0.4]],
+    );
     let floor = material(&mut s, reflects(tiles));
     shape(&mut s, floor, quad(dvec3(-2.0, 0.0, 2.0), DVec3::X * 4.0, DVec3::Z * -3.0));
-    let blocks = texture(colours.clone(), [Wrap::Mirror, Wrap::Repeat], [[1.5, 0.0, -0.25], [0.0, 1.5, 0.1]]);
+    let blocks = texture(
+        packed(&COLOURS, 3, upsample::reflectance_texel),
+        [Wrap::Mirror, Wrap::Repeat],
+        [[1.5, 0.0, -0.25], [0.0, 1.5, 0.1]],
+    );
     let wall = material(&mut s, reflects(ImageTexture { nearest: true, factor: ramp(0.9, 0.5), ..blocks }));
     shape(&mut s, wall, quad(dvec3(-2.0, 0.0, -1.0), DVec3::X * 4.0, DVec3::Y * 3.0));
-    let clamped = texture(colours.clone(), [Wrap::Clamp; 2], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let clamped = texture(bins(6, 3), [Wrap::Clamp; 2], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     let clamped = material(&mut s, reflects(clamped));
     shape(&mut s, clamped, ball(dvec3(-0.45, 0.4, 0.3), 0.35));
 
-    let shares: Vec<[f64; 3]> = [0.1, 0.9, 0.3, 0.7].map(|v| [v; 3]).to_vec();
-    let shares = image(&shares, 2, upsample::reflectance_texel);
+    let shares = numbers(&[0.1, 0.9, 0.3, 0.7], 2, 2, 1.0);
     let nothing = material(&mut s, Material::Boundary { interior: None });
     let holes = texture(shares.clone(), [Wrap::Repeat; 2], [[3.0, 0.0, 0.0], [0.0, 3.0, 0.0]]);
     let mask = on(ImageTexture { cutoff: Some(0.5), ..holes });
@@ -90,7 +129,7 @@ pub fn lamps() -> Scene {
     s.max_depth = 16;
     s.shapes.truncate(2);
     let colours = [[9.0, 1.0, 0.5], [0.0, 0.0, 0.0], [0.5, 2.0, 8.0], [1.0, 6.0, 1.0]];
-    let colours = image(&colours, 2, upsample::emission_texel);
+    let colours = image(&colours, 2, 4, upsample::emission_texel);
     let picture = texture(colours, [Wrap::Clamp; 2], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     lamp(&mut s, quad(dvec3(-1.4, 2.2, -1.0), DVec3::X * 2.8, DVec3::Z * 2.4), ramp(1.0, 2.0));
     if let Some(emission) = &mut s.shapes[2].emission {
@@ -106,10 +145,9 @@ pub fn roughness() -> Scene {
     let mut s = room(4, 16);
     s.max_depth = 16;
     s.shapes.clear();
-    let colours = image(&COLOURS, 3, upsample::reflectance_texel);
+    let colours = image(&COLOURS, 3, 1, upsample::reflectance_texel);
     let levels = 2..9;
-    let values = [0.15, 0.5, 0.16, 0.3, 0.45, 0.2].map(|v| [0.0, 0.0, 0.0, 2.0 * v]);
-    let values = Arc::new(Image { width: 3, height: 2, texels: values.to_vec() });
+    let values = numbers(&[0.3, 1.0, 0.32, 0.6, 0.9, 0.4], 3, 1, 0.5);
     let graded = |s: &mut Scene, make: &dyn Fn(f64) -> Material| {
         let first = s.materials.len();
         s.materials.extend(levels.clone().map(|level| make((level as f64 / abbe::scene::roughness::STEPS as f64).powi(2))));
@@ -137,11 +175,24 @@ pub fn normals() -> Scene {
     s.shapes.truncate(1);
     // Some so steep that the surface is seen and lit from behind them.
     let slopes = [[0.3, 0.2], [-1.6, 0.1], [0.0, -0.3], [0.2, -2.0], [-0.1, 0.35], [1.2, 0.9]];
-    let texels = slopes.iter().map(|[x, y]| [*x, *y, 1.0, 0.0]).collect();
-    let map = Arc::new(Image { width: 3, height: 2, texels });
+    // Of one or two bytes a component, -1 to 1 times two.
+    let map = |size: usize| {
+        let most = (1u64 << (8 * size)) as f64 - 1.0;
+        let code = |v: f64| ((0.5 * v + 0.5) * most).round() as u64;
+        let texel = |[x, y]: [f64; 2]| {
+            [0.5 * x, 0.5 * y, 1.0, -1.0].into_iter().flat_map(move |v| code(v).to_le_bytes()[..size].to_vec())
+        };
+        let stored = Arc::new(Packed::new(4 * size, slopes.into_iter().flat_map(texel).collect()));
+        image_of(slopes.len(), 3, Texels::Vectors { stored, scale: 2.0 })
+    };
+    let (coarse, fine) = (map(1), map(2));
     let turned = |base: usize, repeats: f64| Material::NormalMapped {
         base,
-        normals: Arc::new(texture(map.clone(), [Wrap::Repeat, Wrap::Mirror], [[repeats, 0.3, 0.0], [-0.2, repeats, 0.1]])),
+        normals: Arc::new(texture(
+            if repeats > 2.0 { coarse.clone() } else { fine.clone() },
+            [Wrap::Repeat, Wrap::Mirror],
+            [[repeats, 0.3, 0.0], [-0.2, repeats, 0.1]],
+        )),
     };
     let wall = material(&mut s, turned(0, 3.0));
     shape(&mut s, wall, quad(dvec3(-2.0, 0.0, -1.0), DVec3::X * 4.0, DVec3::Y * 3.0));

@@ -55,6 +55,9 @@ fn axes() -> [Vec<Value>; 5] {
                "shapes": [{"mesh": {"file": "square.obj", "smooth": true}, "material": "m"}]}),
         json!({"materials": {"m": {"diffuse": {"reflectance": {"texture": "sky.png"}}}},
                "shapes": [{"quad": {"corner": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}, "material": "m"}]}),
+        json!({"materials": {"m": {"diffuse": {"reflectance": {"texture": "pictures/acescg.exr"}}}, "n": {"diffuse": {"reflectance": {"texture": "pictures/reflectance.exr"}}}},
+               "shapes": [{"quad": {"corner": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}, "material": "m"},
+                          {"quad": {"corner": [0, 0, 1], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}, "material": "n"}]}),
         json!({"shapes": [{"gltf": {"file": "bumpy.gltf"}}]}),
         json!({"materials": {"m": {"mix": {"a": "wall", "b": "n", "weight": {"texture": "sky.png"}}}, "n": {"boundary": {}}},
                "shapes": [{"quad": {"corner": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}, "material": "m"}]}),
@@ -90,6 +93,7 @@ fn axes() -> [Vec<Value>; 5] {
         json!({"lights": [{"sun": {"direction": [1, -1, 0], "angle_deg": 0.53, "irradiance": 1}}]}),
         json!({"lights": [{"constant": {"radiance": 1}}]}),
         json!({"lights": [{"image": {"file": "sky.png"}}]}),
+        json!({"lights": [{"image": {"file": "pictures/light.exr"}}]}),
         many_points(),
         json!({"lights": []}),
     ];
