@@ -67,6 +67,28 @@ fn primaries_of_an_exr_count_also_outside_the_gamut() {
 }
 
 #[test]
+fn primaries_of_a_radiance_picture_count() {
+    let here = std::env::temp_dir().join(format!("abbe-radiance-{}", std::process::id()));
+    std::fs::create_dir_all(&here).unwrap();
+    // Eight by one pixels of 0.2, 0.6, 0.1 without run lengths.
+    let pixel = [0.2f64, 0.6, 0.1].map(|v| (v * 256.0) as u8);
+    let pixels = [pixel[0], pixel[1], pixel[2], 128].repeat(7);
+    let exact = pixel.map(|v| (f64::from(v) + 0.5) / 256.0);
+    for (line, matrix) in [
+        ("", Space::Srgb.to(Space::Srgb)),
+        ("PRIMARIES=.713 .293 .165 .830 .128 .044 .32168 .33767\n", Space::AcesCg.to(Space::Srgb)),
+    ] {
+        let head = format!("#?RADIANCE\n{line}FORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 7\n");
+        std::fs::write(here.join("a.hdr"), [head.as_bytes(), &pixels].concat()).unwrap();
+        let (_, texture) = painted(&here, r#"{"texture": "a.hdr"}"#).expect("a picture");
+        let got = color_of_reflectance(|nm| texture.eval(nm, dvec2(0.5, 0.5)));
+        let want = convert::apply(&matrix, exact);
+        assert!(got.iter().zip(want).all(|(a, b)| (a - b).abs() < 4e-3), "{line:?}: {got:?} instead of {want:?}");
+    }
+    std::fs::remove_dir_all(&here).unwrap();
+}
+
+#[test]
 fn grey_alone_and_layers_are_read() {
     let (scene, map) = environment("pictures/grey.exr", "").expect("grey");
     near(seen(&map, 5), [0.5; 3], "grey");

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result, quoted};
 use crate::scene::json::Node;
-use crate::scene::texture::picture::Pictures;
+use crate::scene::texture::decode::Pictures;
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};

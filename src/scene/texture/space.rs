@@ -1,4 +1,5 @@
-//! What the numbers of a picture's colours stand for, where its file says so: an ICC profile, the chunks cICP, gAMA and cHRM of a PNG, `chromaticities` of an EXR.
+//! What the numbers of a picture's colours stand for, where its file says so: an ICC profile, the chunks cICP, gAMA and cHRM of a PNG, `chromaticities` of an EXR,
+//! PRIMARIES of a Radiance picture.
 
 use crate::color::adapt::{self, Method};
 use crate::color::cie::xyz_of_xy;
@@ -136,11 +137,20 @@ impl ColorSpace {
         Ok(ColorSpace::Curves([curve()?, curve()?, curve()?], matrix).unless_srgb())
     }
 
+    /// What the line PRIMARIES of a Radiance picture says: x and y of red, green, blue and white.
+    pub fn of_hdr(bytes: &[u8]) -> Option<ColorSpace> {
+        let head = bytes.split(|b| *b == b'\n').take(64).take_while(|line| !line.is_empty());
+        let line = head.filter_map(|line| std::str::from_utf8(line).ok()?.strip_prefix("PRIMARIES=")).next()?;
+        let numbers: Vec<f64> = line.split_ascii_whitespace().map_while(|word| word.parse().ok()).collect();
+        let [r, s, g, h, b, c, x, y] = numbers.try_into().ok()?;
+        ColorSpace::of_chromaticities([[r, s], [g, h], [b, c]], [x, y])
+    }
+
     fn unless_srgb(self) -> Option<ColorSpace> {
         const STEPS: [f64; 5] = [0.02, 0.1, 0.3, 0.6, 1.0];
         let apart = |rgb: [f64; 3]| {
             let (own, srgb) = (self.linear_srgb(rgb), rgb.map(srgb_decode));
-            own.iter().zip(srgb).any(|(a, b)| !((a - b).abs() <= 1e-3))
+            own.iter().zip(srgb).any(|(a, b)| a.is_nan() || (a - b).abs() > 1e-3)
         };
         let colors =
             STEPS.into_iter().flat_map(|r| STEPS.into_iter().flat_map(move |g| STEPS.into_iter().map(move |b| [r, g, b])));
