@@ -29,7 +29,7 @@ pub(in crate::scene) fn image(reader: &SpectrumReader, node: &Node) -> Result<Li
     let name = quoted(file.string()?);
     let picture = reader.picture(node, &file)?;
     let (width, height) = (picture.width, picture.height);
-    let too_bright = || file.fail(format!("{name}: a texel is too bright"), "use a smaller \"scale\"");
+    let too_bright = || file.fail(format!("{name}: a texel is too bright for single precision"), "use a smaller \"scale\"");
     let (texels, illuminant) = match picture.spectra() {
         Some(spectra) => {
             reader.remark_bins(&file, spectra.edges_nm(), false);
