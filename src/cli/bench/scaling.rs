@@ -54,7 +54,7 @@ fn hierarchy(args: &Args, report: &mut Report) -> Result<()> {
     let scene = triangles(MANY, &LoadOptions::default())?;
     let boxes: Vec<_> = scene.shapes.iter().flat_map(|shape| triangle_boxes(&shape.geometry)).collect();
     let start = Instant::now();
-    let built = bvh::build(&boxes, 0.0);
+    let built = bvh::build(&boxes, 0.0, &[], |_| true);
     let seconds = start.elapsed().as_secs_f64();
     if !args.json {
         out(&format!("BVH of {} triangles: {seconds:.2} s, limit {MANY_SECONDS} s, {} nodes", boxes.len(), built.nodes.len()));

@@ -7,6 +7,7 @@ use crate::geometry::{Bounds, bvh, corners};
 use crate::gpu::layout::{self, NO_INDEX};
 use crate::scene::{Geometry, Mesh, Scene};
 use glam::{DVec3, Vec3, Vec4};
+use std::collections::HashMap;
 
 /// Buffers of the geometry.
 #[derive(Default)]
@@ -33,6 +34,8 @@ struct Primitive {
     rows: [Vec3; 3],
     normals: Option<[Vec3; 3]>,
     tangents: Option<[Vec4; 3]>,
+    /// It has texture coordinates.
+    is_mapped: bool,
 }
 
 impl Primitive {
@@ -44,7 +47,16 @@ impl Primitive {
             [] => tangents.map(|_| [(corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize().as_vec3(); 3]),
             normals => Some(at.map(|i| normals[i].as_vec3())),
         };
-        Primitive { kind: layout::PRIMITIVE_TRIANGLE, material, light, rows: corners.map(local), normals, tangents }
+        let is_mapped = !mesh.uvs.is_empty();
+        Primitive { kind: layout::PRIMITIVE_TRIANGLE, material, light, rows: corners.map(local), normals, tangents, is_mapped }
+    }
+
+    /// What sets it apart from others; none for what counts however often it is there.
+    fn content(&self) -> Option<Vec<u32>> {
+        let vectors = self.rows.iter().chain(self.normals.iter().flatten()).flat_map(|v| v.to_array());
+        let numbers = vectors.chain(self.tangents.iter().flatten().flat_map(|t| t.to_array())).map(f32::to_bits);
+        let counts = self.light != NO_INDEX || self.is_mapped;
+        (!counts).then(|| numbers.chain([self.kind, self.material as u32]).collect())
     }
 
     fn bounds(&self) -> (Vec3, Vec3) {
@@ -71,8 +83,10 @@ pub(super) fn build(scene: &Scene, bounds: Bounds, origin: DVec3, light_of: &[u3
     for shape in &scene.shapes {
         let light = |at: usize| light_of.get(at).copied().unwrap_or(NO_INDEX);
         let material = shape.material;
-        let mut add =
-            |kind, rows| all.push(Primitive { kind, material, light: light(all.len()), rows, normals: None, tangents: None });
+        let mut add = |kind, rows| {
+            let light = light(all.len());
+            all.push(Primitive { kind, material, light, rows, normals: None, tangents: None, is_mapped: false });
+        };
         match &shape.geometry {
             Geometry::Mesh(mesh) => {
                 for t in 0..mesh.triangles.len() {
@@ -122,14 +136,16 @@ impl Primitives {
             return Err(Error::usage("the scene has more than 536 million primitives", "use coarser meshes"));
         }
         let boxes: Vec<_> = all.iter().map(Primitive::bounds).collect();
-        if bvh::is_crowded(&boxes) {
+        let mut heaps = bvh::heaps(&boxes);
+        let copies = remove_copies(&mut heaps, all);
+        if heaps.iter().any(|heap| bvh::in_one_place(heap, &boxes) > bvh::MOST_IN_ONE_PLACE) {
             let problem = format!("more than {} surfaces lie in one place", bvh::MOST_IN_ONE_PLACE);
             return Err(Error::usage(
                 problem,
                 "remove the copies, or scale the scene if single precision cannot tell them apart",
             ));
         }
-        let bvh = bvh::build(&boxes, padding);
+        let bvh = bvh::build(&boxes, padding, &heaps, |i| !copies.contains_key(&i));
         self.stack = self.stack.max(bvh.stack);
         self.nodes.extend(bvh.nodes.into_iter().map(|mut node| {
             node[4] += first_node;
@@ -147,6 +163,24 @@ impl Primitives {
             let words = [p.kind << 29 | p.material as u32, p.light, first_normal];
             self.primitives.extend(p.rows.iter().zip(words).map(|(r, w)| r.extend(f32::from_bits(w))));
         }
+        copies.iter().for_each(|(&copy, &original)| place[copy as usize] = place[original as usize]);
         Ok(place)
     }
+}
+
+/// Takes those out of heaps that are the same as another: a ray meets one as well as many. Returns of each which one stays.
+fn remove_copies(heaps: &mut [Vec<u32>], all: &[Primitive]) -> HashMap<u32, u32> {
+    let mut copies = HashMap::new();
+    for heap in heaps {
+        let mut known: HashMap<Vec<u32>, u32> = HashMap::new();
+        heap.retain(|&i| {
+            let Some(content) = all[i as usize].content() else { return true };
+            let original = *known.entry(content).or_insert(i);
+            if original != i {
+                copies.insert(i, original);
+            }
+            original == i
+        });
+    }
+    copies
 }

@@ -5,7 +5,7 @@ use crate::adapter;
 use abbe::film::Film;
 use abbe::gpu::{Gpu, kernel_source};
 use abbe::integrator::{Feature, GpuIntegrator, Plan, Techniques};
-use abbe::render::Integrator;
+use abbe::render::{Batch, Integrator};
 use abbe::scene::{Geometry, Instance, Scene};
 use glam::DAffine3;
 use serde_json::{Value, json};
@@ -386,6 +386,24 @@ fn surfaces_without_number_in_one_place_are_an_error_and_not_for_ever() {
     scene.shapes.extend(std::iter::repeat_n(square, 8192));
     let error = adapter::integrator(&scene, 0).map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("surfaces lie in one place") && error.contains("remove the copies"), "{error}");
+}
+
+#[test]
+fn copies_of_a_surface_change_no_bit() {
+    let pixels = |copies: usize| -> Vec<Vec<f64>> {
+        let mut scene = scene_of(json!({
+            "materials": {"glass": {"dielectric": {"ior": 1.5}}},
+            "shapes": [{"quad": {"corner": [-1, 0.5, 1], "edge_u": [2, 0, 0], "edge_v": [0, 1.5, 0]}, "material": "glass"}],
+        }));
+        let Some(Geometry::Mesh(mesh)) = scene.shapes.last_mut().map(|shape| &mut shape.geometry) else { panic!("a mesh") };
+        mesh.uvs.clear();
+        mesh.triangles = mesh.triangles.repeat(copies);
+        let mut film = Film::new(&scene.film);
+        let stats = adapter::integrator(&scene, 0).unwrap().render_batch(Batch::even(0, 2), &mut film).unwrap();
+        assert_eq!(stats.dropped(), 0, "{copies} copies: {stats:?}");
+        (0..film.pixels()).map(|pixel| film.pixel(pixel).to_vec()).collect()
+    };
+    assert!(pixels(1) == pixels(6000));
 }
 
 #[test]
