@@ -396,6 +396,7 @@ fn copies_of_a_surface_change_no_bit() {
             "shapes": [{"quad": {"corner": [-1, 0.5, 1], "edge_u": [2, 0, 0], "edge_v": [0, 1.5, 0]}, "material": "glass"}],
         }));
         let Some(Geometry::Mesh(mesh)) = scene.shapes.last_mut().map(|shape| &mut shape.geometry) else { panic!("a mesh") };
+        let mesh = Arc::make_mut(mesh);
         mesh.uvs.clear();
         mesh.triangles = mesh.triangles.repeat(copies);
         let mut film = Film::new(&scene.film);
