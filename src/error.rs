@@ -43,6 +43,14 @@ pub enum Error {
         /// What to do about it.
         remedy: String,
     },
+    /// A device whose memory ran out: what it had done before stands, and with less to hold it may go on.
+    #[error("{problem}; {remedy}")]
+    OutOfMemory {
+        /// What is wrong.
+        problem: String,
+        /// What to do about it.
+        remedy: String,
+    },
     /// The work was asked to stop ([`crate::render::Halt`]).
     #[error("interrupted")]
     Interrupted,

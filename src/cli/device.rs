@@ -1,13 +1,18 @@
 //! Choosing a device: a GPU adapter by wgpu, or the double-precision reference on the CPU.
 
 use super::{Done, Outcome, interrupt, print::out};
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::film::Film;
+use crate::film::aov::{Albedo, AovBuffers};
 use crate::integrator::{Feature, GpuIntegrator, Techniques};
 use crate::reference::ReferenceIntegrator;
-use crate::render::{Integrator, Renderer};
+use crate::render::{Batch, Integrator, Renderer};
 use crate::scene::{Estimator, Scene};
+use crate::state::State;
+use crate::stats::BatchStats;
 use clap::ValueEnum;
 use serde_json::{Value, json};
+use std::io;
 
 const EXAMPLES: &str = "Examples:
   abbe devices
@@ -137,16 +142,66 @@ impl From<&TechniqueArgs> for Techniques {
 
 /// Opens the device `name` (any adapter if `None`) for `scene`; signals end its work. The reference has techniques of its own.
 pub fn open(scene: &Scene, name: Option<&str>, seed: u64, args: &TechniqueArgs) -> Result<Device> {
-    open_with(scene, name, seed, args.into(), args.light_paths)
+    open_with(scene, name, seed, args.into(), args.light_paths, 0)
 }
 
-/// Likewise, with these techniques and, where given, the number of light paths for each camera path.
+impl Device {
+    /// Opens the device anew after its memory ran out, with smaller tiles, to go on from the last one that is done. If this fails, what it has come to can
+    /// still be saved.
+    ///
+    /// # Errors
+    /// As [`open`].
+    pub fn shrink(&mut self, scene: &Scene, name: Option<&str>, seed: u64, args: &TechniqueArgs) -> Result<()> {
+        let mut saved = Vec::new();
+        let damaged = |e| Error::device(format!("what was learned cannot be copied: {e}"), "report this");
+        self.integrator.persist(&mut State::saving(&mut saved)).map_err(damaged)?;
+        let halvings = self.integrator.halvings() + 1;
+        let plan = self.integrator.describe();
+        // What the old one holds makes room for the new one.
+        self.integrator = Box::new(Parked { saved, plan });
+        let mut next = open_with(scene, name, seed, args.into(), args.light_paths, halvings)?;
+        let mut saved = Vec::new();
+        self.integrator.persist(&mut State::saving(&mut saved)).map_err(damaged)?;
+        next.integrator.persist(&mut State::restoring(&mut saved.as_slice())).map_err(damaged)?;
+        *self = next;
+        Ok(())
+    }
+}
+
+/// What an integrator has come to that is gone.
+struct Parked {
+    saved: Vec<u8>,
+    plan: String,
+}
+
+impl Integrator for Parked {
+    fn render_batch(&mut self, _: Batch, _: &mut Film) -> Result<BatchStats> {
+        Err(Error::fault("the device is closed", "render again"))
+    }
+
+    fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
+        self.saved.iter_mut().try_for_each(|byte| state.value(byte))
+    }
+}
+
+impl Renderer for Parked {
+    fn describe(&self) -> String {
+        self.plan.clone()
+    }
+
+    fn aovs(&mut self, _: &[Albedo], _: u32, _: u32) -> Result<AovBuffers> {
+        Err(Error::fault("the device is closed", "render again"))
+    }
+}
+
+/// Likewise, with these techniques, where given the number of light paths for each camera path, and tiles halved so often at least.
 pub fn open_with(
     scene: &Scene,
     name: Option<&str>,
     seed: u64,
     techniques: Techniques,
     light_paths: Option<f64>,
+    halvings: u32,
 ) -> Result<Device> {
     if name == Some(REFERENCE) {
         let estimator = match scene.reference {
@@ -162,7 +217,7 @@ pub fn open_with(
             merging: false,
         });
     }
-    let mut integrator = GpuIntegrator::with(scene, name, seed, techniques)?;
+    let mut integrator = GpuIntegrator::with_tiles(scene, name, seed, techniques, halvings)?;
     integrator.heed(interrupt::halt());
     if let Some(n) = light_paths {
         integrator.set_light_paths(n);

@@ -64,7 +64,7 @@ impl Faults {
     /// What the device has written until now may be believed.
     ///
     /// # Errors
-    /// [`Error::Fault`] if it has failed.
+    /// [`Error::Fault`] if it has failed, [`Error::OutOfMemory`] for want of memory.
     pub fn check(&self) -> Result<()> {
         if self.any() { Err(self.error()) } else { Ok(()) }
     }
@@ -72,13 +72,14 @@ impl Faults {
     /// The first failure.
     fn error(&self) -> Error {
         let (problem, remedy) = self.lock().as_ref().map_or(("unknown".to_string(), LOST), |f| (f.problem.clone(), f.remedy));
-        Error::fault(format!("the device failed: {problem}"), remedy)
+        let (problem, remedy) = (format!("the device failed: {problem}"), remedy.to_string());
+        if remedy == OUT_OF_MEMORY { Error::OutOfMemory { problem, remedy } } else { Error::Fault { problem, remedy } }
     }
 
     /// Does `work` with the device. A panic in it, as wgpu has on failures that it does not expect, is a failure of the device.
     ///
     /// # Errors
-    /// Those of `work`, and [`Error::Fault`].
+    /// Those of `work`, and those of [`Faults::check`].
     pub fn guard<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
         self.check()?;
         let outer = QUIET.replace(true);

@@ -15,6 +15,8 @@ const DISPATCH_TIME: Duration = Duration::from_millis(50);
 /// On a CPU, of which cores wait for each other at the end of every dispatch.
 const DISPATCH_TIME_CPU: Duration = Duration::from_millis(100);
 
+/// Workgroups of the first dispatch, of which nobody knows how long it takes: few, and the next ones twice as many each, up to that time.
+pub(super) const FIRST_GROUPS: u32 = 2;
 /// Fewest workgroups that a pass is split into: they keep all cores busy, on a GPU with some 100,000 paths at a time.
 const LEAST_GROUPS: u32 = 64;
 const LEAST_GROUPS_GPU: u32 = 4096;
@@ -50,7 +52,7 @@ pub(super) struct Job<'a> {
 
 impl Job<'_> {
     /// Runs so many workgroups of `pass`, up to `limit` of them in a dispatch, in dispatches of about the time that one should take. Returns the counts
-    /// and the time spent in dispatches.
+    /// and the time spent in dispatches. One of no workgroups has the driver do what it puts off until a kernel is needed.
     pub(super) fn run(&self, pass: &mut Pass, groups: u32, limit: u32) -> Result<(BatchStats, Counts, Duration)> {
         let limit = pass.limit.min(limit).max(1);
         let is_cpu = self.gpu.info.is_cpu();
@@ -58,7 +60,7 @@ impl Job<'_> {
         let bindings = pass.kernels.iter().map(|k| k.bind(self.gpu, self.resources)).collect::<Result<Vec<_>>>()?;
         let (mut stats, mut counts, mut time) = (BatchStats::default(), Counts::default(), Duration::ZERO);
         let mut first = 0;
-        while first < groups {
+        loop {
             self.halt.check()?;
             let asked = pass.groups.min(limit);
             let now = asked.min(groups - first);
@@ -79,7 +81,9 @@ impl Job<'_> {
             let elapsed = start.elapsed();
             time += elapsed;
             first += now;
-            pass.groups = next_groups(asked, now, elapsed, time_of_one);
+            if now > 0 {
+                pass.groups = next_groups(asked, now, elapsed, time_of_one);
+            }
             if let Some(timer) = self.timer {
                 for (i, time) in timer.times(self.gpu, kernels)?.into_iter().enumerate() {
                     stats.kernel_times[pass.first_time + i] += time;
@@ -101,8 +105,10 @@ impl Job<'_> {
             };
             let ended = std::array::from_fn(|depth| at(COUNTER_ENDED + depth as u32));
             counts += Counts { nodes: at(COUNTER_NODES), primitives: at(COUNTER_PRIMITIVES), ended };
+            if first >= groups {
+                return Ok((stats, counts, time));
+            }
         }
-        Ok((stats, counts, time))
     }
 }
 
@@ -132,7 +138,7 @@ mod tests {
     /// Times of dispatches, s, over groups that take so long each.
     fn dispatches(costs: impl Iterator<Item = f64>) -> Vec<f64> {
         let mut costs = costs.peekable();
-        let (mut groups, mut times) = (16, Vec::new());
+        let (mut groups, mut times) = (FIRST_GROUPS, Vec::new());
         while costs.peek().is_some() {
             let taken: Vec<f64> = costs.by_ref().take(groups as usize).collect();
             times.push(taken.iter().sum());

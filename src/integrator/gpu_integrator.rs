@@ -2,9 +2,9 @@
 
 use super::adaptive::Adaptive;
 use super::budget::Budget;
-use super::dispatch::{Job, Pass, least_groups};
+use super::dispatch::{FIRST_GROUPS, Job, Pass, least_groups};
 use super::guide::Guide;
-use super::learned::Learned;
+use super::learned::{Learned, MOST_HALVINGS};
 use super::merge::{self, Merge};
 use super::params::params;
 use super::probe::probed;
@@ -12,7 +12,7 @@ use super::sample_counts::{ROUND, SampleCounts, Window, splitmix};
 use super::tile_sums::Parts;
 use super::{Feature, Features, Plan, Techniques, Wavelengths, aov};
 use crate::color::cie::K_M;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::film::aov::{Albedo, AovBuffers};
 use crate::film::{Film, Tile};
 use crate::gpu::layout::{COUNTERS, Params, PassHead, WorkItem, XYZ_RATIO, texels};
@@ -29,6 +29,7 @@ use bytemuck::cast_slice;
 use glam::{UVec4, Vec4};
 use std::io;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// Most passes of one dispatch.
 const PASSES_PER_DISPATCH: u32 = 16;
@@ -94,6 +95,23 @@ impl GpuIntegrator {
         Self::with_plan(scene, device, seed, Plan::new(scene, techniques))
     }
 
+    /// Likewise, and where memory runs out again with smaller tiles, halved `halvings` times at least. They are a part of the state: light paths are
+    /// traced for every tile.
+    ///
+    /// # Errors
+    /// As [`GpuIntegrator::new`]; [`crate::Error::OutOfMemory`] if the smallest tiles do not help.
+    pub fn with_tiles(scene: &Scene, device: Option<&str>, seed: u64, techniques: Techniques, halvings: u32) -> Result<Self> {
+        stage::enter(Stage::Planning);
+        let mut halvings = halvings.min(MOST_HALVINGS);
+        loop {
+            let gpu = Arc::new(Gpu::open(device)?);
+            match Self::in_tiles(gpu, scene, seed, Plan::new(scene, techniques), halvings) {
+                Err(Error::OutOfMemory { .. }) if halvings < MOST_HALVINGS => halvings += 1,
+                done => return done,
+            }
+        }
+    }
+
     /// Likewise, with what is in the plan, needed or not.
     ///
     /// # Errors
@@ -107,11 +125,15 @@ impl GpuIntegrator {
     /// # Errors
     /// As [`GpuIntegrator::new`].
     pub fn on(gpu: Arc<Gpu>, scene: &Scene, seed: u64, plan: Plan) -> Result<Self> {
-        let faults = gpu.faults.clone();
-        faults.guard(|| Self::built(gpu, scene, seed, plan))
+        Self::in_tiles(gpu, scene, seed, plan, 0)
     }
 
-    fn built(gpu: Arc<Gpu>, scene: &Scene, seed: u64, plan: Plan) -> Result<Self> {
+    fn in_tiles(gpu: Arc<Gpu>, scene: &Scene, seed: u64, plan: Plan, halvings: u32) -> Result<Self> {
+        let faults = gpu.faults.clone();
+        faults.guard(|| Self::built(gpu, scene, seed, plan, halvings))
+    }
+
+    fn built(gpu: Arc<Gpu>, scene: &Scene, seed: u64, plan: Plan, halvings: u32) -> Result<Self> {
         let gpu_scene = GpuScene::new(&gpu, scene, plan.techniques.guiding)?;
         stage::enter(Stage::Compiling);
         let mut params = params(
@@ -121,9 +143,9 @@ impl GpuIntegrator {
             merge::reach(scene),
             texels::<PassHead>() + gpu_scene.rows.len() as u32 * plan.wavelengths.div_ceil(4),
         )?;
-        let largest = |p: &Params| tiles(&gpu, &plan, p.image_width, p.image_height)[0];
+        let largest = |p: &Params| tiles(&gpu, &plan, p.image_width, p.image_height, halvings)[0];
         let blocks = [params, probed(&params)].iter().map(|p| blocks(largest(p))).max().unwrap_or(1);
-        let passes = (EVENTS_OF_INVOCATION / scene.max_depth.max(1)).clamp(1, PASSES_PER_DISPATCH);
+        let passes = ((EVENTS_OF_INVOCATION / scene.max_depth.max(1)).min(PASSES_PER_DISPATCH) >> halvings).max(1);
         let merge = if plan.has(Feature::Merging) { Some(Merge::new(&gpu, &plan, scene, blocks, passes)?) } else { None };
         (params.heads, params.points) = merge.as_ref().map_or((0, 0), |g| (g.cells, g.slots));
         let constants = plan.constants() + &gpu_scene.constants;
@@ -131,11 +153,11 @@ impl GpuIntegrator {
         let pass = |roots: &[&str], features: Features, limit: u32, first_time: usize| -> Result<Pass> {
             let kernels =
                 roots.iter().map(|root| Kernel::new(&gpu, root, &constants, &features.switches())).collect::<Result<_>>()?;
-            Ok(Pass { kernels, limit, first_time, groups: 16 })
+            Ok(Pass { kernels, limit, first_time, groups: FIRST_GROUPS.min(limit) })
         };
         let texels = 64 * u64::from(plan.wavelengths.div_ceil(4));
         let sample_bytes = if gpu.info.is_cpu() { SAMPLE_BYTES } else { SAMPLE_BYTES_GPU };
-        let sample_places = (sample_bytes.min(gpu.max_binding()) / (16 * texels)) as u32;
+        let sample_places = ((sample_bytes >> halvings).min(gpu.max_binding()) / (16 * texels)) as u32;
         let samples = gpu.empty_table("samples", u64::from(sample_places) * texels)?;
         let values = 64 * u64::from(blocks) * u64::from(plan.bins + 3);
         let film = gpu.empty_storage("film", 4 * values)?;
@@ -148,7 +170,7 @@ impl GpuIntegrator {
         let seed = fold_seed(seed);
         let (wavelengths, bins) = (Wavelengths::new(scene), scene.film.bins);
         let adaptive = plan.is_adaptive().then(|| Adaptive::new(&scene.film));
-        Ok(Self {
+        let mut this = Self {
             gpu,
             plan,
             camera,
@@ -162,7 +184,7 @@ impl GpuIntegrator {
             counters,
             timer: None,
             samples,
-            learned: Learned::new(guide, adaptive, passes),
+            learned: Learned::new(guide, adaptive, passes, halvings),
             film,
             splats,
             merge,
@@ -170,7 +192,17 @@ impl GpuIntegrator {
             sample_bounds: (passes, MOST_SAMPLES),
             sample_places,
             halt: Halt::default(),
-        })
+        };
+        this.start_kernels()?;
+        Ok(this)
+    }
+
+    /// Has the driver do now what it puts off until kernels are needed: lavapipe compiles most of them only then.
+    fn start_kernels(&mut self) -> Result<()> {
+        let (width, height) = (self.params.image_width.min(8), self.params.image_height.min(8));
+        let tile = Tile { x: 0, y: 0, width, height };
+        self.trace(tile, Passes { batch: 0, number: 0, count: 0 }, &even_rates(tile))?;
+        Ok(())
     }
 
     /// From now on [`BatchStats::kernel_times`] are measured; false if the adapter's clock cannot be read.
@@ -268,7 +300,7 @@ impl GpuIntegrator {
         (table, wavelength_bins)
     }
 
-    /// Traces passes over one tile, at these rates of its blocks.
+    /// Traces passes over one tile, at these rates of its blocks. No passes change nothing.
     pub(super) fn trace(&mut self, tile: Tile, passes: Passes, rates: &[f64]) -> Result<TileSums> {
         let channels = self.plan.bins as usize + 3;
         let values = tile.width as usize * tile.height as usize * channels;
@@ -277,7 +309,8 @@ impl GpuIntegrator {
         let guide =
             self.learned.guide.as_ref().map(|g| self.gpu.table("guide of light paths", &g.table(self.pixels()))).transpose()?;
         let light_paths = f64::from(self.params.light_paths) * f64::from(passes.count);
-        let (guiding_sample_rate, guiding_sample_room) = self.learned.guide.as_mut().map_or((0.0, 0), |g| g.expect(light_paths));
+        let (guiding_sample_rate, guiding_sample_room) =
+            self.learned.guide.as_mut().map_or((0.0, 0), |g| g.expect(light_paths.max(1.0)));
         let mut stats = BatchStats::default();
         let mut parts = Parts::default();
         let mut summed = 0;
@@ -315,7 +348,7 @@ impl GpuIntegrator {
                 first_sample: first,
                 samples: count,
                 first_work_group: window.items.len() as u32 * texels::<WorkItem>(),
-                light_units: count * (light_units / least_groups).min(self.learned.most_samples / count).max(1),
+                light_units: (count * (light_units / least_groups).min(self.learned.most_samples / count.max(1)).max(1)).max(1),
                 batch: passes.batch,
                 seed: self.seed,
                 guiding_sample_rate,
@@ -346,6 +379,10 @@ impl GpuIntegrator {
             }
         }
         let mut sums = parts.sum();
+        if passes.count == 0 {
+            self.learned.fitting = u32::MAX;
+            return Ok(TileSums { sums, by_camera: Vec::new(), stats });
+        }
         let by_camera =
             sums.chunks_exact(channels).map(|pixel| [pixel[..channels - 3].iter().sum(), pixel[channels - 2]]).collect();
         if let Some(splats) = &self.splats {
@@ -377,6 +414,9 @@ impl GpuIntegrator {
         let fits = |window: &Window| self.merge.as_ref().is_none_or(|g| 64 * window.samples <= g.slots);
         let mut windows = Vec::new();
         let mut counts = SampleCounts::new(rates.len());
+        if passes.count == 0 {
+            return vec![(0, counts.window(0, 0))];
+        }
         for first in (0..passes.count).step_by(ROUND as usize) {
             let round = ROUND.min(passes.count - first);
             let key = splitmix(splitmix(u64::from(self.seed) << 32 | u64::from(passes.batch)) ^ u64::from(first));
@@ -407,7 +447,7 @@ impl GpuIntegrator {
     }
 
     pub(super) fn tiles(&self) -> Vec<Tile> {
-        tiles(&self.gpu, &self.plan, self.params.image_width, self.params.image_height)
+        tiles(&self.gpu, &self.plan, self.params.image_width, self.params.image_height, self.learned.halvings)
     }
 
     pub(super) fn set_budget(&mut self, budget: Budget) {
@@ -468,12 +508,13 @@ impl GpuIntegrator {
         let (gpu, plan) = (&self.gpu, &self.plan);
         let constants = plan.constants() + &self.scene.constants;
         let kernel = Kernel::new(gpu, "aov.wgsl", &constants, &plan.aovs.switches())?;
-        let pass = Pass { kernels: vec![kernel], limit: self.camera.limit, first_time: 0, groups: 16.min(self.camera.limit) };
+        let pass =
+            Pass { kernels: vec![kernel], limit: self.camera.limit, first_time: 0, groups: FIRST_GROUPS.min(self.camera.limit) };
         let albedos = gpu.table("albedos", &aov::table(albedos))?;
         let mut resources: Vec<(&str, &Resource)> = self.scene.resources.iter().map(|(n, b)| (*n, b)).collect();
         resources.push(("albedos", &albedos));
         let params = Params { samples, batch: index, seed: self.seed, ..self.params };
-        let tiles = tiles(gpu, plan, params.image_width, params.image_height);
+        let tiles = self.tiles();
         aov::run((gpu, &self.halt), pass, &tiles, &resources, (&self.uniforms, &self.counters), params)
     }
 }
@@ -485,7 +526,19 @@ impl Integrator for GpuIntegrator {
     }
 
     fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
+        // Tiles of a state from before memory ran out may be too large: those that are done have become several each.
+        let least = self.learned.halvings;
         self.learned.persist(state)?;
+        if self.learned.halvings < least {
+            let area = |tile: &Tile| u64::from(tile.width) * u64::from(tile.height);
+            let done: u64 = self.tiles().iter().take(self.learned.tiles_done).map(area).sum();
+            self.learned.halvings = least;
+            let up_to = |sum: &mut u64, tile: &Tile| {
+                *sum += area(tile);
+                Some(*sum)
+            };
+            self.learned.tiles_done = self.tiles().iter().scan(0, up_to).take_while(|sum| *sum <= done).count();
+        }
         if let Some(budget) = self.learned.budget {
             self.set_budget(budget);
         }
@@ -495,14 +548,24 @@ impl Integrator for GpuIntegrator {
     fn heed(&mut self, halt: &Halt) {
         self.halt = halt.clone();
     }
+
+    fn end_by(&mut self, time: Option<Instant>) {
+        self.halt.end_by(time);
+    }
 }
 
 impl Renderer for GpuIntegrator {
     fn describe(&self) -> String {
-        match self.learned.budget {
-            Some(budget) => format!("{}  budget: {budget}\n", self.plan),
-            None => self.plan.to_string(),
-        }
+        let budget = self.learned.budget.map_or(String::new(), |budget| format!("  budget: {budget}\n"));
+        let tiles = match self.learned.halvings {
+            0 => String::new(),
+            _ => format!("  memory: it ran out on the device; {} smaller tiles\n", self.tile_count()),
+        };
+        format!("{}{budget}{tiles}", self.plan)
+    }
+
+    fn halvings(&self) -> u32 {
+        self.learned.halvings
     }
 
     fn aovs(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<AovBuffers> {
@@ -530,8 +593,9 @@ fn blocks(tile: Tile) -> u32 {
     tile.width.div_ceil(8) * tile.height.div_ceil(8)
 }
 
-/// Tiles whose film (or splats, twice as large) and visible points of one pass fit an adapter's binding, in whole 8 x 8 blocks; the largest first.
-fn tiles(gpu: &Gpu, plan: &Plan, width: u32, height: u32) -> Vec<Tile> {
+/// Tiles whose film (or splats, twice as large) and visible points of one pass fit an adapter's binding, in whole 8 x 8 blocks, and halved so often; the
+/// largest first.
+fn tiles(gpu: &Gpu, plan: &Plan, width: u32, height: u32, halvings: u32) -> Vec<Tile> {
     let point = if plan.has(Feature::Merging) { merge::point_bytes(plan) } else { 0 };
     let pixels = gpu.max_binding() / (8 * u64::from(plan.bins + 3)).max(point);
     let columns = if u64::from(width) * 8 > pixels { (pixels / 64 * 8) as u32 } else { width };
@@ -542,5 +606,15 @@ fn tiles(gpu: &Gpu, plan: &Plan, width: u32, height: u32) -> Vec<Tile> {
             tiles.push(Tile { x, y, width: columns.min(width - x), height: rows.min(height - y) });
         }
     }
+    for _ in 0..halvings {
+        tiles = tiles.into_iter().flat_map(halves).collect();
+    }
     tiles
+}
+
+/// A tile in two of whole blocks, if it has more than a row of them.
+fn halves(tile: Tile) -> impl Iterator<Item = Tile> {
+    let upper = (tile.height / 2).next_multiple_of(8).min(tile.height);
+    let lower = Tile { y: tile.y + upper, height: tile.height - upper, ..tile };
+    [Tile { height: upper, ..tile }, lower].into_iter().filter(|tile| tile.height > 0)
 }

@@ -7,12 +7,17 @@ use crate::state::{Persistent, State, invalid};
 use crate::stats::BatchStats;
 use std::io;
 
+/// Tiles are halved so often at most, for want of memory.
+pub const MOST_HALVINGS: u32 = 6;
+
 /// The state between two tiles.
 #[derive(Debug)]
 pub(super) struct Learned {
     pub guide: Option<Guide>,
     pub adaptive: Option<Adaptive>,
     pub budget: Option<Budget>,
+    /// How often the tiles were halved, for want of memory.
+    pub halvings: u32,
     /// Probes done.
     pub probes: usize,
     /// Most samples that an invocation takes, of one pixel or several.
@@ -26,9 +31,9 @@ pub(super) struct Learned {
 
 impl Learned {
     /// Before the first batch.
-    pub fn new(guide: Option<Guide>, adaptive: Option<Adaptive>, most_samples: u32) -> Self {
+    pub fn new(guide: Option<Guide>, adaptive: Option<Adaptive>, most_samples: u32, halvings: u32) -> Self {
         let (budget, probes, fitting, tiles_done, stats) = (None, 0, u32::MAX, 0, BatchStats::default());
-        Learned { guide, adaptive, budget, probes, most_samples, fitting, tiles_done, stats }
+        Learned { guide, adaptive, budget, halvings, probes, most_samples, fitting, tiles_done, stats }
     }
 
     /// All tiles of a batch of `spp` samples are done; what was counted.
@@ -42,13 +47,17 @@ impl Learned {
 
 impl Persistent for Learned {
     fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
-        let Learned { guide, adaptive, budget, probes, most_samples, fitting, tiles_done, stats } = self;
+        let Learned { guide, adaptive, budget, halvings, probes, most_samples, fitting, tiles_done, stats } = self;
         part(guide, state, "a guide")?;
         part(adaptive, state, "rates of samples")?;
         let mut has_budget = budget.is_some();
         state.flag(&mut has_budget)?;
         if has_budget {
             budget.get_or_insert(Budget { light_paths: 1.0, probe: None }).persist(state)?;
+        }
+        state.value(halvings)?;
+        if *halvings > MOST_HALVINGS {
+            return Err(invalid(format!("{halvings} halvings of tiles")));
         }
         state.size(probes)?;
         state.value(most_samples)?;

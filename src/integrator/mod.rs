@@ -19,6 +19,7 @@ mod wavelengths;
 pub use budget::{Budget, Probe};
 pub use features::{Feature, Features};
 pub use gpu_integrator::{GpuIntegrator, fold_seed};
+pub use learned::MOST_HALVINGS;
 pub use merge::mean_squared_radius;
 pub use plan::{Plan, Techniques};
 pub use wavelengths::{Stratum, Wavelengths};

@@ -38,6 +38,7 @@ use light::Emitters;
 use rayon::prelude::*;
 use rng::Rng;
 use std::collections::BTreeMap;
+use std::time::Instant;
 
 /// Maximum luminous efficacy, lm / W, that turns watts weighed by the observer into XYZ.
 const K_M: f64 = 683.002;
@@ -141,6 +142,10 @@ impl Integrator for ReferenceIntegrator {
 
     fn heed(&mut self, halt: &Halt) {
         self.stage.halt = halt.clone();
+    }
+
+    fn end_by(&mut self, time: Option<Instant>) {
+        self.stage.halt.end_by(time);
     }
 }
 

@@ -23,7 +23,7 @@ pub trait Integrator {
     /// same batches since the beginning give the same bits. A batch that was begun before and not done is gone on with.
     ///
     /// # Errors
-    /// [`Error::Fault`] if the device fails, [`Error::Interrupted`] if it was asked to stop. The film then holds the batch for those tiles that were done,
+    /// [`Error::Fault`] or [`Error::OutOfMemory`] if the device fails, [`Error::Interrupted`] if it was asked to stop. The film then holds the batch for those tiles that were done,
     /// whole, and for no others; no more batches can be rendered by this integrator, but by one that takes over its state.
     fn render_batch(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats>;
 
@@ -37,21 +37,33 @@ pub trait Integrator {
 
     /// Has batches end early when `halt` is requested. One that pays no attention finishes its batch.
     fn heed(&mut self, _halt: &Halt) {}
+
+    /// Likewise at `time`, if one is given.
+    fn end_by(&mut self, _time: Option<Instant>) {}
 }
 
 /// Asks an integrator to stop, from any thread and for good.
 #[derive(Debug, Clone, Default)]
-pub struct Halt(Arc<AtomicBool>);
+pub struct Halt {
+    requested: Arc<AtomicBool>,
+    /// Stop then, too: known to this copy alone.
+    time: Option<Instant>,
+}
 
 impl Halt {
     /// Stop as soon as may be.
     pub fn request(&self) {
-        self.0.store(true, Ordering::SeqCst);
+        self.requested.store(true, Ordering::SeqCst);
+    }
+
+    /// Has whoever looks at this copy stop at `time`, too.
+    pub fn end_by(&mut self, time: Option<Instant>) {
+        self.time = time;
     }
 
     /// Whether to stop.
     pub fn is_requested(&self) -> bool {
-        self.0.load(Ordering::SeqCst)
+        self.requested.load(Ordering::SeqCst) || self.time.is_some_and(|time| Instant::now() >= time)
     }
 
     /// For a place where work can end.
@@ -67,6 +79,11 @@ impl Halt {
 pub trait Renderer: Integrator {
     /// What the scene needed and what was found out about it, of several lines; all of it after the first batch.
     fn describe(&self) -> String;
+
+    /// How often the tiles that it renders in were halved, for want of memory.
+    fn halvings(&self) -> u32 {
+        0
+    }
 
     /// What `samples` rays of every pixel meet first, `albedos` being those of the scene's materials; `index` as in
     /// [`Integrator::render_batch`].
@@ -89,6 +106,11 @@ impl Stop {
     pub const DEFAULT_SPP: u32 = 64;
     /// Batches that a standard error is trusted from.
     pub const MIN_BATCHES: u32 = batch::PER_SIZE;
+
+    /// How long rendering may take at most, if its time is limited: a batch that turns out to take longer is cut then, between tiles.
+    fn latest(&self) -> Option<Duration> {
+        self.time.map(|time| time.saturating_add(time / 8).saturating_add(Duration::from_millis(250)))
+    }
 
     /// The samples per pixel to stop at, if any.
     pub fn total_spp(&self) -> Option<u32> {
@@ -212,13 +234,17 @@ impl Rendering {
         {
             return Ok(Summary { progress: self.progress(stop, Some(ended)), batches: self.batches, ended });
         }
+        let latest = stop.latest().and_then(|latest| begun.checked_add(latest.saturating_sub(before)));
         loop {
+            // One sample, however long it takes.
+            integrator.end_by(latest.filter(|_| self.batches > 0));
             let batch = self.next_batch(stop);
             match integrator.render_batch(batch, &mut self.film) {
                 Ok(stats) => self.stats += stats,
                 Err(Error::Interrupted) if self.batches > 0 => {
-                    let ended = Ended::Interrupted;
                     self.elapsed = before + begun.elapsed();
+                    let is_late = stop.latest().is_some_and(|latest| self.elapsed >= latest);
+                    let ended = if is_late { Ended::Time } else { Ended::Interrupted };
                     return Ok(Summary { progress: self.progress(stop, None), batches: self.batches, ended });
                 }
                 Err(error) => return Err(error),
@@ -263,8 +289,9 @@ impl Rendering {
         }
         // Half a batch of foresight: the mean overrun of a time limit is then nil.
         let next = f64::from(self.next_batch(stop).spp) / self.spp.max(1) as f64;
-        let half_done = self.elapsed + self.elapsed.mul_f64(0.5 * next);
-        stop.time.is_some_and(|time| half_done >= time).then_some(Ended::Time)
+        let after = |share: f64| self.elapsed + self.elapsed.mul_f64(share * next);
+        let is_late = stop.time.is_some_and(|time| after(0.5) >= time) || stop.latest().is_some_and(|latest| after(1.0) > latest);
+        is_late.then_some(Ended::Time)
     }
 
     fn progress(&self, stop: &Stop, ended: Option<Ended>) -> Progress {
@@ -348,6 +375,45 @@ pub fn render_blocks(
 mod tests {
     use super::*;
     use crate::scene::{Bins, Filter, WavelengthSampling};
+
+    /// Its first batches are done at once, and one takes for ever.
+    struct Endless {
+        quick: u32,
+        halt: Halt,
+    }
+
+    impl Integrator for Endless {
+        fn render_batch(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats> {
+            while batch.index >= self.quick {
+                self.halt.check()?;
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            film.add_batch_f64(&vec![1.0; film.pixels() * film.channels()], batch.spp);
+            Ok(BatchStats::default())
+        }
+
+        fn end_by(&mut self, time: Option<Instant>) {
+            self.halt.end_by(time);
+        }
+    }
+
+    #[test]
+    fn a_batch_that_takes_longer_than_there_is_time_is_cut() {
+        let bins = Bins { count: 1, min_nm: 400.0, max_nm: 700.0 };
+        let (filter, sampling) = (Filter::Box, WavelengthSampling::Continuous);
+        let settings = FilmSettings { width: 1, height: 1, bins, filter, sampling, exposure: None };
+        let mut rendering = Rendering::new(Film::new(&settings));
+        let mut endless = Endless { quick: 3, halt: Halt::default() };
+        let stop = Stop { time: Some(Duration::from_millis(200)), ..Stop::default() };
+        let summary = rendering.render(&mut endless, &stop, &mut |_, _| ControlFlow::Continue(())).unwrap();
+        assert_eq!((summary.ended, summary.batches, summary.progress.spp), (Ended::Time, 3, 3));
+        assert!(summary.progress.elapsed >= Duration::from_millis(200), "{:?}", summary.progress.elapsed);
+        // A request ends it for another reason, and the first batch has no end but that.
+        endless.halt.request();
+        let mut rendering = Rendering::new(Film::new(&settings));
+        let nothing = rendering.render(&mut Endless { quick: 0, ..endless }, &stop, &mut |_, _| ControlFlow::Continue(()));
+        assert!(matches!(nothing, Err(Error::Interrupted)));
+    }
 
     #[test]
     fn a_state_that_no_render_can_reach_is_an_error() {
