@@ -2,7 +2,7 @@
 
 use super::device::TechniqueArgs;
 use super::info::{light_name, sensor_name, summary};
-use super::load::SceneArgs;
+use super::load::{MemoryArgs, SceneArgs};
 use super::{Done, Outcome, print::out, values};
 use crate::integrator::Plan;
 use crate::scene::{Interior, Material, Scene, advice, initial_interiors, ruling};
@@ -26,6 +26,8 @@ pub struct Args {
     scene: SceneArgs,
     #[command(flatten)]
     techniques: TechniqueArgs,
+    #[command(flatten)]
+    memory: MemoryArgs,
     /// Say which volumes this point is in, in metres, and which of them rules there
     #[arg(long, value_name = "X,Y,Z", value_parser = values::point, allow_hyphen_values = true)]
     at: Vec<DVec3>,
@@ -33,6 +35,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
+    args.memory.limit();
     let scene = args.scene.overrides.load(&args.scene.path)?;
     let plan = Plan::new(&scene, (&args.techniques).into());
     explain(&scene, &plan).iter().for_each(|line| out(line));

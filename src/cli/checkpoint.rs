@@ -8,10 +8,15 @@ use crate::error::{Error, Result};
 use crate::output::{Checkpoint, check_writable, write_checkpoint};
 use crate::render::{Checkpointable, Share};
 use crate::scene::{FilmSettings, Scene};
+use crate::state::{Persistent, State};
 use serde_json::{Map, Value, json};
 use std::fs::{File, OpenOptions, TryLockError};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+
+/// Bytes that the guide of light paths grows by.
+const GUIDE_BYTES: u64 = 4 << 20;
 
 /// How often checkpoints are written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +47,8 @@ pub struct CheckpointArgs {
     any_device: bool,
 }
 
-fn interval(text: &str) -> std::result::Result<Interval, String> {
+/// A time, or `off`.
+pub fn interval(text: &str) -> std::result::Result<Interval, String> {
     if text == "off" { Ok(Interval::Off) } else { values::time(text).map(Interval::Every) }
 }
 
@@ -128,6 +134,19 @@ impl Keeper {
             return Err(Error::file(&self.path, problem, "ask for that with --share, or begin anew without --resume"));
         }
         Ok(())
+    }
+
+    /// Bytes that a checkpoint takes, at most: 0 if none is to be written.
+    pub fn bytes(&self, state: &mut Checkpointable<'_>) -> u64 {
+        let CheckpointArgs { checkpoint, keep_checkpoint, share, .. } = &self.args;
+        if *checkpoint == Interval::Off && !keep_checkpoint && share.is_none() {
+            return 0;
+        }
+        let mut nowhere = io::sink();
+        let mut counter = State::saving(&mut nowhere);
+        // It cannot fail; if it does, so will the checkpoint, and that is told.
+        let _ = state.persist(&mut counter);
+        counter.position() + GUIDE_BYTES
     }
 
     /// After every batch.

@@ -1,7 +1,7 @@
 //! `abbe info`: what is in a file.
 
 use super::bands::BandsArgs;
-use super::load::Overrides;
+use super::load::{MemoryArgs, Overrides};
 use super::print::{out, percent};
 use super::quantity::Quantity;
 use super::{Done, Outcome};
@@ -29,6 +29,8 @@ pub struct Args {
     allow_outside: bool,
     #[command(flatten)]
     bands: BandsArgs,
+    #[command(flatten)]
+    memory: MemoryArgs,
     /// Print one JSON object instead of lines
     #[arg(long)]
     json: bool,
@@ -39,6 +41,7 @@ const LONGEST: usize = 240;
 
 /// `abbe info`.
 pub fn run(args: &Args) -> Outcome {
+    args.memory.limit();
     let facts = if Checkpoint::is_one(&args.file) {
         describe_checkpoint(&args.file)?
     } else if is_exr(&args.file)? {

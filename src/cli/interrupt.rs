@@ -34,6 +34,9 @@ pub fn install() -> Result<()> {
 fn watch() -> std::io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     let hup = (!is_ignored(SIGHUP)).then_some(SIGHUP);
+    // A file that outgrows its limit is an error of that write.
+    // SAFETY: no handler is installed, and none was.
+    unsafe { libc::signal(libc::SIGXFSZ, libc::SIG_IGN) };
     let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM].into_iter().chain(hup))?;
     // A thread, and no handler: here everything may be done.
     std::thread::Builder::new().name("signals".to_string()).spawn(move || {

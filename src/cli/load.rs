@@ -2,6 +2,7 @@
 
 use super::values;
 use crate::error::Result;
+use crate::memory;
 use crate::scene::{LoadOptions, Scene, Setting, load};
 use std::path::PathBuf;
 
@@ -12,6 +13,21 @@ pub struct SceneArgs {
     pub path: PathBuf,
     #[command(flatten)]
     pub overrides: Overrides,
+}
+
+/// How much memory a scene may take.
+#[derive(clap::Args, Clone)]
+pub struct MemoryArgs {
+    /// End if loading and set-up need more memory than this, as in 500M or 2G (what the adapter holds counts, too) [default: nine tenths of what the machine, or the container, has]
+    #[arg(long, value_name = "SIZE", value_parser = values::memory)]
+    max_memory: Option<u64>,
+}
+
+impl MemoryArgs {
+    /// From here on.
+    pub fn limit(&self) {
+        memory::limit(self.max_memory.or_else(|| Some(memory::of_machine()? / 10 * 9)));
+    }
 }
 
 /// What the command line changes about a scene.

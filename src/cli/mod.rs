@@ -1,7 +1,7 @@
 //! The command line: `abbe new`, `check`, `render`, `develop`, `devices`, `info`, `bench`, `compare`, `probe`, `glass` and `validate`.
 //!
 //! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 1 what was
-//! compared is not alike or not as it must be, 2 the request or its input is at fault (one line says what and what to do), 3 the device failed at its work,
+//! compared is not alike or not as it must be, 2 the request or its input is at fault, or its files cannot be written (one line says what and what to do), 3 the device failed at its work,
 //! 4 more than one path in a million ended where more volumes overlap than it can keep, 130, 143 and 129 ended by INT (Ctrl-C), TERM and HUP. Before the last four what was rendered is written.
 
 mod bands;
@@ -11,6 +11,7 @@ mod checkpoint;
 mod compare;
 mod develop;
 mod device;
+mod disk;
 mod glass;
 mod info;
 mod interrupt;
@@ -19,6 +20,7 @@ mod logger;
 mod merge;
 mod new;
 pub mod plot;
+mod preview;
 mod print;
 mod probe;
 mod progress;
@@ -28,7 +30,7 @@ mod validate;
 mod values;
 
 use crate::error::{Error, Result};
-use crate::memory;
+use crate::memory::{self, Lack};
 use clap::{Parser, Subcommand};
 use print::out;
 use std::process::ExitCode;
@@ -132,17 +134,23 @@ pub fn main() -> ExitCode {
         Ok(Done::Interrupted) | Err(Error::Interrupted) => ExitCode::from(interrupt::exit_code()),
         Err(e) => {
             print::error(&e.to_string());
-            ExitCode::from(if matches!(e, Error::Fault { .. }) { DEVICE_FAILED } else { FAILED })
+            let device_failed = matches!(e, Error::Fault { .. } | Error::OutOfMemory { .. });
+            ExitCode::from(if device_failed { DEVICE_FAILED } else { FAILED })
         }
     }
 }
 
-/// Ends the process, which would need more memory than `--max-memory` allows.
-fn end_for_memory(most: u64) -> ! {
-    let allowed = print::bytes(most);
-    print::error(&format!(
-        "the scene needs more memory than the {allowed} of --max-memory; allow more, or render a smaller scene or film"
-    ));
+/// Ends the process, which would need more memory than `--max-memory` allows, or than there is.
+fn end_for_memory(lack: Lack) -> ! {
+    print::error(&match lack {
+        Lack::Limit(most) => format!(
+            "the scene needs more memory than the {} of --max-memory; allow more, or render a smaller scene or film",
+            print::bytes(most)
+        ),
+        Lack::System(more) => {
+            format!("memory ran out: the system does not have {} more; render a smaller scene or film", print::bytes(more))
+        }
+    });
     std::process::exit(i32::from(FAILED))
 }
 

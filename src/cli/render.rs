@@ -2,7 +2,9 @@
 
 use super::check::unfound;
 use super::checkpoint::{self, CheckpointArgs, Keeper};
-use super::load::Overrides;
+use super::disk::{self, Sizes};
+use super::load::{MemoryArgs, Overrides};
+use super::preview::{Preview, PreviewArgs};
 use super::print::{self, duration, note, out, percent, si};
 use super::progress::{Bar, Log, Stages};
 use super::{Done, Outcome, device, interrupt, values};
@@ -11,13 +13,13 @@ use crate::develop::picture::Development;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::aov::albedos;
-use crate::integrator::Plan;
+use crate::integrator::{MOST_HALVINGS, Plan};
 use crate::memory;
 use crate::output::exr::Aovs;
 use crate::output::picture::Precision;
 use crate::output::{Provenance, check_writable, picture_exposure, write_exr, write_picture};
 use crate::render::{Checkpointable, Ended, Rendering, Share, Stop, Summary};
-use crate::scene::{Scene, Sensor, Setting, advice_before_rendering};
+use crate::scene::{FilmSettings, Scene, Sensor, Setting, advice_before_rendering};
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::io::{IsTerminal, stderr};
@@ -40,7 +42,7 @@ Of --spp, --time and --error the first that is met ends the render; without any 
 Ctrl-C ends it within seconds and writes what there is; so do the signals TERM and HUP, the latter not under nohup. A second one quits at once.
 Where standard error is no terminal it gets the plan, then a line every 10 s.
 
-Exit codes: 0 done, 2 the request or its input is at fault, 3 the device failed, 130 ended by INT (Ctrl-C), 143 by TERM, 129 by HUP.";
+Exit codes: 0 done, 2 the request or its input is at fault or its files cannot be written, 3 the device failed, 130 ended by INT (Ctrl-C), 143 by TERM, 129 by HUP.";
 
 #[derive(clap::Args, Clone)]
 #[command(after_help = EXAMPLES)]
@@ -68,9 +70,10 @@ pub struct Args {
     aov: Vec<Aov>,
     #[command(flatten)]
     checkpoint: CheckpointArgs,
-    /// End if loading and set-up need more memory than this, as in 500M or 2G (what the adapter holds counts, too)
-    #[arg(long, value_name = "SIZE", value_parser = values::memory)]
-    max_memory: Option<u64>,
+    #[command(flatten)]
+    preview: PreviewArgs,
+    #[command(flatten)]
+    memory: MemoryArgs,
     /// Print nothing but errors
     #[arg(long, conflicts_with = "json")]
     quiet: bool,
@@ -199,7 +202,7 @@ pub fn run(args: &Args) -> Outcome {
         ));
     }
     let talkative = !args.quiet && !args.json;
-    memory::limit(args.max_memory);
+    args.memory.limit();
     let stages = Stages::show(!talkative);
     let scene = args.overrides.load(path)?;
     let bins = &scene.film.bins;
@@ -230,20 +233,36 @@ pub fn run(args: &Args) -> Outcome {
     let picture = checkpoint::picture(&scene, device.merging);
     let mut keeper = Keeper::new(&exr, &args.checkpoint, identity, args.request(path), picture)?;
     let integrator = device.integrator.as_mut();
-    keeper.resume(&mut Checkpointable { rendering: &mut rendering, integrator })?;
+    let mut state = Checkpointable { rendering: &mut rendering, integrator };
+    keeper.resume(&mut state)?;
+    let room = Sizes::new(&scene.film, aov_channels(&args.aov, &scene.film), &keeper, &mut state).check(&exr)?;
     let mut stats = rendering.stats;
 
     interrupt::heed();
     let bar = Bar::new(args.quiet);
-    let log = (!args.quiet && !stderr().is_terminal()).then(|| Log::start(&device.integrator.describe()));
-    let rendered = rendering.render(device.integrator.as_mut(), &args.stop.into(), &mut |p, state| {
-        bar.update(p);
-        log.iter().for_each(|log| log.update(p));
-        stats = p.stats;
-        // A full disk is no reason to stop: room may be made before the end.
-        keeper.after_batch(state).unwrap_or_else(|e| note(&format!("warning: {}", e)));
-        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
+    let plan = format!("{}\n  {room}", device.integrator.describe().trim_end());
+    let log = (!args.quiet && !stderr().is_terminal()).then(|| Log::start(&plan));
+    let mut preview = Preview::new(png.as_deref(), &args.preview);
+    let rendered = loop {
+        let rendered = rendering.render(device.integrator.as_mut(), &args.stop.into(), &mut |p, state| {
+            bar.update(p);
+            log.iter().for_each(|log| log.update(p));
+            stats = p.stats;
+            // A full disk is no reason to stop: room may be made before the end.
+            keeper.after_batch(state).unwrap_or_else(|e| note(&format!("warning: {}", e)));
+            preview.take_if(|preview| !preview.after_batch(&state.rendering.film, p));
+            if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        let Err(Error::OutOfMemory { problem, .. }) = &rendered else { break rendered };
+        if device.integrator.halvings() >= MOST_HALVINGS
+            || device.shrink(&scene, args.device.as_deref(), args.seed, &args.techniques).is_err()
+        {
+            break rendered;
+        }
+        if !args.quiet {
+            note(&format!("note: {problem}: it goes on with smaller tiles"));
+        }
+    };
     bar.clear();
     drop(log);
     let is_done = matches!(&rendered, Ok(Summary { ended, .. }) if *ended != Ended::Interrupted);
@@ -260,10 +279,9 @@ pub fn run(args: &Args) -> Outcome {
         }
     }
     let seconds = rendering.elapsed.as_secs_f64();
-    let film = &rendering.film;
 
     // A device may fail after hours: what it had done is written before its error is passed on.
-    if film.batches() > 0 && share.is_none() {
+    if rendering.film.batches() > 0 && share.is_none() {
         let aovs_for = |aov| aovs.as_ref().filter(|_| args.aov.contains(&aov));
         let aovs = Aovs {
             errors: args.aov.contains(&Aov::Error),
@@ -284,8 +302,14 @@ pub fn run(args: &Args) -> Outcome {
             exposure: scene.film.exposure,
             irradiance: sensor_area(&scene.sensor).is_some(),
         };
-        write_files(&exr, png.as_deref(), film, origin, aovs)?;
+        if let Err(failure) = write_files(&exr, png.as_deref(), &rendering.film, origin.clone(), aovs) {
+            let mut state = Checkpointable { rendering: &mut rendering, integrator: device.integrator.as_mut() };
+            let elsewhere = disk::keep_elsewhere(&exr, &state.rendering.film, &origin, aovs);
+            let place = elsewhere.or_else(|| keeper.leave(&mut state).ok().flatten().map(Path::to_path_buf));
+            return Err(disk::kept(failure, place.as_deref()));
+        }
     }
+    let film = &rendering.film;
     if let (Err(failure), false) = (&rendered, args.quiet) {
         match (film.batches(), failure) {
             (0, Error::Interrupted) => note("interrupted before the first batch was done: nothing is written"),
@@ -328,6 +352,16 @@ pub fn run(args: &Args) -> Outcome {
         return Ok(Done::Crowded);
     }
     Ok(Done::Completely)
+}
+
+/// Channels that these are in a file.
+fn aov_channels(aovs: &[Aov], film: &FilmSettings) -> u64 {
+    let of = |aov: &Aov| match aov {
+        Aov::Error => u64::from(film.bins.count) + 1,
+        Aov::Depth => 1,
+        Aov::Normal | Aov::Albedo => 3,
+    };
+    aovs.iter().map(of).sum()
 }
 
 /// What `abbe check` warns of, as far as it is found at once.

@@ -25,6 +25,7 @@ pub use errors::Errors;
 
 use crate::color::cie::is_visible;
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::scene::FilmSettings;
 use crate::state::{Persistent, State, invalid};
 use std::io;
@@ -78,15 +79,13 @@ impl Film {
     /// An empty film, or [`Error::Usage`] where the memory for it cannot be had.
     pub fn try_new(settings: &FilmSettings) -> Result<Self> {
         let bytes = Self::bytes(settings);
-        let mut probe = Vec::<u8>::new();
-        if usize::try_from(bytes).is_err() || probe.try_reserve_exact(bytes as usize).is_err() {
+        if !memory::can_have(bytes) {
             let (w, h, n) = (settings.width, settings.height, settings.bins.count);
             return Err(Error::usage(
                 format!("a film of {w}x{h} pixels and {n} bins takes {:.1} GB, more than there is", bytes as f64 * 1e-9),
                 "choose a smaller --size or fewer --channels",
             ));
         }
-        drop(probe);
         Ok(Self::new(settings))
     }
 

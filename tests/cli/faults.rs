@@ -46,7 +46,7 @@ fn no_fault_of_a_device_costs_what_was_rendered() {
     assert!(calls.len() >= 5, "{calls:?}");
 
     let mut spectra = BTreeMap::new();
-    let (mut struck, mut failed, mut saved) = (0, 0, 0);
+    let (mut struck, mut failed, mut saved, mut went_on) = (0, 0, 0, 0);
     for i in 0..faults {
         let (call, count) = calls[i % calls.len()];
         // Out of host memory, out of device memory, device lost; once or for good.
@@ -81,16 +81,44 @@ fn no_fault_of_a_device_costs_what_was_rendered() {
             // Not a number of what the device failed at is in there.
             let expected = spectra.entry(samples).or_insert_with(|| {
                 render(&folder, samples, ("ABBE_FAULT_COUNTS", "counts"));
-                SpectralImage::read(folder.0.join("out.exr")).unwrap().data
+                SpectralImage::read(folder.0.join("out.exr")).unwrap()
             });
-            assert!(image.data == *expected, "{fault}: {samples} samples per pixel are not those of a device that is well");
+            if stderr.contains("smaller tiles") {
+                // Its light paths were traced for other tiles.
+                went_on += usize::from(samples == SAMPLES);
+                assert_alike(&image, expected, &fault);
+            } else {
+                assert!(
+                    image.data == expected.data,
+                    "{fault}: {samples} samples per pixel are not those of a device that is well"
+                );
+            }
         }
     }
     assert!(
-        struck >= faults * 2 / 3 && failed >= faults / 2 && saved >= faults / 8,
-        "{struck} struck, {failed} failed, {saved} saved"
+        struck >= faults * 2 / 3 && failed >= faults / 4 && saved >= faults / 8 && went_on >= faults / 8,
+        "{struck} struck, {failed} failed, {saved} saved, {went_on} went on"
     );
-    println!("faults: {faults}, of which {struck} struck and {failed} ended the render, {saved} of them with something done");
+    println!(
+        "faults: {faults}, of which {struck} struck and {failed} ended the render, {saved} of them with something done; {went_on} went on with smaller tiles"
+    );
+}
+
+/// Means of the bins over the two pictures differ by no more than their errors say.
+fn assert_alike(a: &SpectralImage, b: &SpectralImage, fault: &str) {
+    let means = |image: &SpectralImage| -> Vec<f64> {
+        let bins = image.data.len() / 256;
+        (0..bins).map(|bin| image.data.iter().skip(bin).step_by(bins).map(|&v| f64::from(v)).sum::<f64>() / 256.0).collect()
+    };
+    let errors = |image: &SpectralImage| -> Vec<f64> {
+        let text = image.attribute("abbe.meanErrors").expect("errors of the means");
+        text.split_whitespace().map(|error| error.parse().unwrap()).collect()
+    };
+    let pairs = means(a).into_iter().zip(means(b)).zip(errors(a).into_iter().zip(errors(b)));
+    for (bin, ((a, b), (error_a, error_b))) in pairs.enumerate() {
+        let error = error_a.hypot(error_b);
+        assert!((a - b).abs() <= 5.0 * error, "{fault}: bin {bin}: {a} is not {b} within {error}");
+    }
 }
 
 #[test]

@@ -89,6 +89,45 @@ fn a_signal_does_not_wait_for_the_batch_and_without_one_done_nothing_is_written(
 }
 
 #[test]
+fn the_picture_is_there_while_it_is_rendered_unless_that_is_off() {
+    for (preview, is_there) in [("0.1s", true), ("off", false)] {
+        let folder = Folder::new(&format!("preview-{preview}"));
+        let mut render = Running::start(folder.command(&[&RENDER[..], &["--preview", preview]].concat()));
+        render.wait_for(" spp, ");
+        // The first one is written right after the first batch is told of.
+        let begun = Instant::now();
+        let patience = Duration::from_secs(if is_there { 20 } else { 1 });
+        while begun.elapsed() < patience && !folder.0.join("ball.png").exists() {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        assert_eq!(folder.names().contains(&"ball.png".to_string()), is_there, "{preview}");
+        render.signal("TERM");
+        assert_eq!(render.end().0.code(), Some(143));
+        assert!(folder.names().contains(&"ball.png".to_string()));
+    }
+}
+
+#[test]
+fn a_film_that_cannot_be_written_is_kept_elsewhere() {
+    let folder = Folder::new("elsewhere");
+    let (output, temporary) = (folder.0.join("output"), folder.0.join("temporary"));
+    [&output, &temporary].into_iter().for_each(|path| std::fs::create_dir(path).unwrap());
+    let mut command = folder.command(&[&RENDER[..4], &["--time", "2s", "--preview", "off", "-o", "output/a.exr"]].concat());
+    let mut render = Running::start({
+        command.env("TMPDIR", &temporary);
+        command
+    });
+    render.wait_for(" spp, ");
+    std::fs::remove_dir_all(&output).unwrap();
+    let (status, _, stderr) = render.end();
+    assert_eq!(status.code(), Some(2), "{stderr}");
+    let kept = std::fs::read_dir(&temporary).unwrap().next().expect("a file").unwrap().path();
+    assert!(stderr.contains("a.exr: cannot write here") && stderr.contains(&*kept.to_string_lossy()), "{stderr}");
+    let image = SpectralImage::read(&kept).unwrap();
+    assert!(image.attribute("abbe.samples").unwrap().parse::<u64>().unwrap() > 0);
+}
+
+#[test]
 fn a_signal_that_comes_twice_at_once_is_one() {
     let folder = Folder::new("twice");
     let mut render = Running::start(folder.command(&RENDER));
@@ -107,6 +146,8 @@ fn without_a_terminal_the_plan_and_the_first_batch_are_told_at_once() {
     let stderr = text(&output.stderr);
     let mut lines = stderr.lines();
     assert!(lines.next().unwrap().contains("paths from"), "{stderr}");
+    let files = lines.next().unwrap();
+    assert!(files.contains("files: up to ") && files.contains(" a checkpoint of "), "{stderr}");
     let state = lines.next().unwrap();
     assert!(["1 spp, ", "rays/s, error ", " left"].iter().all(|part| state.contains(part)), "{stderr}");
     let quiet = folder.run(&["render", "ball.json", "--device", "reference", "--spp", "4", "--quiet"]);

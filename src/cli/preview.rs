@@ -1,0 +1,65 @@
+//! The picture while it is rendered: the file that will have it at the end is kept up to date.
+
+use super::checkpoint::{Interval, interval};
+use super::print::note;
+use crate::develop::picture::{AUTO_SHARE, Development, auto_exposure};
+use crate::error::Result;
+use crate::film::Film;
+use crate::output::picture::Precision;
+use crate::output::write_picture;
+use crate::render::Progress;
+use crate::spectrum::library::Observer;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Pictures take this part of the time at most.
+const SHARE: u32 = 50;
+
+/// When previews are asked for.
+#[derive(clap::Args, Clone)]
+pub struct PreviewArgs {
+    /// Keep the picture up to date this often while rendering, from the first batch on, if it takes longer than that. 'off': there is one at the end only
+    #[arg(long, value_name = "TIME", value_parser = interval, default_value = "10s")]
+    preview: Interval,
+}
+
+/// Writes the previews of one render.
+pub struct Preview<'a> {
+    png: &'a Path,
+    interval: Duration,
+    /// When the last one was written, and how long that took.
+    last: Option<(Instant, Duration)>,
+}
+
+impl<'a> Preview<'a> {
+    /// Into this file, if there is to be any.
+    pub fn new(png: Option<&'a Path>, args: &PreviewArgs) -> Option<Self> {
+        match (png, args.preview) {
+            (Some(png), Interval::Every(interval)) => Some(Preview { png, interval, last: None }),
+            _ => None,
+        }
+    }
+
+    /// After every batch. False if no more can be written: it is said why.
+    pub fn after_batch(&mut self, film: &Film, p: &Progress) -> bool {
+        let is_due = match self.last {
+            None => p.remaining.is_none_or(|left| left >= self.interval),
+            Some((at, took)) => at.elapsed() >= self.interval.max(SHARE * took),
+        };
+        if !is_due {
+            return true;
+        }
+        let begun = Instant::now();
+        let written = self.write(film);
+        self.last = Some((Instant::now(), begun.elapsed()));
+        written.map_err(|e| note(&format!("warning: no more previews: {e}"))).is_ok()
+    }
+
+    fn write(&self, film: &Film) -> Result<()> {
+        let settings = film.settings();
+        let xyz = film.xyz_image();
+        let exposure = settings.exposure.unwrap_or_else(|| auto_exposure(&xyz, Observer::Cie1931, AUTO_SHARE));
+        let development = Development { exposure, ..Development::default() };
+        write_picture(self.png, &xyz, settings.width as usize, &development, Precision::default(), None)
+    }
+}
