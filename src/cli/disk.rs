@@ -1,7 +1,7 @@
 //! Room on disks: looked at before the work, and what is done where there is none after it.
 
 use super::checkpoint::Keeper;
-use super::print::{bytes, note};
+use super::print::bytes;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::output::exr::Aovs;
@@ -48,10 +48,8 @@ impl Sizes {
             return Err(Error::file(exr, problem, "make room, or choose another place with -o"));
         }
         // One beside the one before.
-        if free < self.files + 2 * self.checkpoint {
-            note(&format!("warning: {} are free beside {}: there may be no room for checkpoints", bytes(free), exr.display()));
-        }
-        Ok(format!("{sizes}; {} are free", bytes(free)))
+        let lack = if free < self.files + 2 * self.checkpoint { ", perhaps too little for checkpoints" } else { "" };
+        Ok(format!("{sizes}; {} are free{lack}", bytes(free)))
     }
 }
 

@@ -51,7 +51,7 @@ fn no_fault_of_a_device_costs_what_was_rendered() {
         let (call, count) = calls[i % calls.len()];
         // Out of host memory, out of device memory, device lost; once or for good.
         let turn = i / calls.len();
-        let (result, sticky) = ([-4, -2, -1][turn % 3], (turn + 1) % 4 / 2);
+        let (result, sticky) = ([-4, -2, -1][turn % 3], turn % 4 / 2);
         // All over the calls of the render, by the golden section.
         let after = ((i as f64 * 0.618).fract() * count as f64) as usize;
         let fault = format!("{call}:{after}:{result}:{sticky}");
