@@ -176,7 +176,8 @@ mod tests {
     fn hierarchies_are_shallow_however_boxes_lie_in_each_other() {
         const N: u32 = 12_000;
         let side = |i: u32| 1.0 + i as f32 * 1e-4;
-        let places: [(&str, &dyn Fn(u32) -> (Vec3, Vec3)); 4] = [
+        type Place<'a> = &'a dyn Fn(u32) -> (Vec3, Vec3);
+        let places: [(&str, Place<'_>); 4] = [
             ("one place", &|_| (Vec3::ZERO, Vec3::ONE)),
             ("from one corner", &|i| (Vec3::ZERO, Vec3::splat(side(i)))),
             ("around one middle", &|i| (Vec3::splat(-side(i)), Vec3::splat(side(i)))),

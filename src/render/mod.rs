@@ -384,9 +384,11 @@ mod tests {
 
     impl Integrator for Endless {
         fn render_batch(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats> {
-            while batch.index >= self.quick {
-                self.halt.check()?;
-                std::thread::sleep(Duration::from_millis(1));
+            if batch.index >= self.quick {
+                loop {
+                    self.halt.check()?;
+                    std::thread::sleep(Duration::from_millis(1));
+                }
             }
             film.add_batch_f64(&vec![1.0; film.pixels() * film.channels()], batch.spp);
             Ok(BatchStats::default())
