@@ -242,7 +242,7 @@ pub fn run(args: &Args) -> Outcome {
     let bar = Bar::new(args.quiet);
     let plan = format!("{}\n  {room}", device.integrator.describe().trim_end());
     let log = (!args.quiet && !stderr().is_terminal()).then(|| Log::start(&plan));
-    let mut preview = Preview::new(png.as_deref(), &args.preview);
+    let mut preview = Preview::new(png.as_deref().filter(|_| share.is_none()), &args.preview);
     let rendered = loop {
         let rendered = rendering.render(device.integrator.as_mut(), &args.stop.into(), &mut |p, state| {
             bar.update(p);
