@@ -126,10 +126,10 @@ impl Keeper {
                 remedy,
             ));
         }
-        let share = state.rendering.share;
+        let share = state.settled().0.share;
         checkpoint.restore(state)?;
-        let Share { number, of } = state.rendering.share;
-        if state.rendering.share != share {
+        let Share { number, of } = state.settled().0.share;
+        if state.settled().0.share != share {
             let problem = format!("this checkpoint is share {}/{of} of a render", number + 1);
             return Err(Error::file(&self.path, problem, "ask for that with --share, or begin anew without --resume"));
         }

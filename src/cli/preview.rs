@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::film::Film;
 use crate::output::picture::Precision;
 use crate::output::write_picture;
-use crate::render::Progress;
+use crate::render::{Checkpointable, Progress};
 use crate::spectrum::library::Observer;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -41,7 +41,7 @@ impl<'a> Preview<'a> {
     }
 
     /// After every batch. False if no more can be written: it is said why.
-    pub fn after_batch(&mut self, film: &Film, p: &Progress) -> bool {
+    pub fn after_batch(&mut self, state: &mut Checkpointable<'_>, p: &Progress) -> bool {
         let is_due = match self.last {
             None => p.remaining.is_none_or(|left| left >= self.interval),
             Some((at, took)) => at.elapsed() >= self.interval.max(SHARE * took),
@@ -50,7 +50,7 @@ impl<'a> Preview<'a> {
             return true;
         }
         let begun = Instant::now();
-        let written = self.write(film);
+        let written = self.write(&state.settled().0.film);
         self.last = Some((Instant::now(), begun.elapsed()));
         written.map_err(|e| note(&format!("warning: no more previews: {e}"))).is_ok()
     }

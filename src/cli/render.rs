@@ -233,10 +233,9 @@ pub fn run(args: &Args) -> Outcome {
     let picture = checkpoint::picture(&scene, device.merging);
     let mut keeper = Keeper::new(&exr, &args.checkpoint, identity, args.request(path), picture)?;
     let integrator = device.integrator.as_mut();
-    let mut state = Checkpointable { rendering: &mut rendering, integrator };
+    let mut state = Checkpointable::new(&mut rendering, integrator);
     keeper.resume(&mut state)?;
     let room = Sizes::new(&scene.film, aov_channels(&args.aov, &scene.film), &keeper, &mut state).check(&exr)?;
-    let mut stats = rendering.stats;
 
     interrupt::heed();
     let bar = Bar::new(args.quiet);
@@ -247,10 +246,9 @@ pub fn run(args: &Args) -> Outcome {
         let rendered = rendering.render(device.integrator.as_mut(), &args.stop.into(), &mut |p, state| {
             bar.update(p);
             log.iter().for_each(|log| log.update(p));
-            stats = p.stats;
             // A full disk is no reason to stop: room may be made before the end.
             keeper.after_batch(state).unwrap_or_else(|e| note(&format!("warning: {}", e)));
-            preview.take_if(|preview| !preview.after_batch(&state.rendering.film, p));
+            preview.take_if(|preview| !preview.after_batch(state, p));
             if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         let Err(Error::OutOfMemory { problem, .. }) = &rendered else { break rendered };
@@ -266,8 +264,8 @@ pub fn run(args: &Args) -> Outcome {
     bar.clear();
     drop(log);
     let is_done = matches!(&rendered, Ok(Summary { ended, .. }) if *ended != Ended::Interrupted);
-    let mut state = Checkpointable { rendering: &mut rendering, integrator: device.integrator.as_mut() };
-    if !is_done && state.rendering.batches > 0 {
+    let mut state = Checkpointable::new(&mut rendering, device.integrator.as_mut());
+    if !is_done && state.settled().0.batches > 0 {
         // Before all else: it is the best of what there is.
         match keeper.leave(&mut state) {
             Ok(Some(path)) if !args.quiet => {
@@ -278,7 +276,7 @@ pub fn run(args: &Args) -> Outcome {
             Err(e) => note(&format!("warning: {}", e)),
         }
     }
-    let seconds = rendering.elapsed.as_secs_f64();
+    let (stats, seconds) = (rendering.stats, rendering.elapsed.as_secs_f64());
 
     // A device may fail after hours: what it had done is written before its error is passed on.
     if rendering.film.batches() > 0 && share.is_none() {
@@ -303,8 +301,8 @@ pub fn run(args: &Args) -> Outcome {
             irradiance: sensor_area(&scene.sensor).is_some(),
         };
         if let Err(failure) = write_files(&exr, png.as_deref(), &rendering.film, origin.clone(), aovs) {
-            let mut state = Checkpointable { rendering: &mut rendering, integrator: device.integrator.as_mut() };
-            let elsewhere = disk::keep_elsewhere(&exr, &state.rendering.film, &origin, aovs);
+            let mut state = Checkpointable::new(&mut rendering, device.integrator.as_mut());
+            let elsewhere = disk::keep_elsewhere(&exr, &state.settled().0.film, &origin, aovs);
             let place = elsewhere.or_else(|| keeper.leave(&mut state).ok().flatten().map(Path::to_path_buf));
             return Err(disk::kept(failure, place.as_deref()));
         }
@@ -323,7 +321,7 @@ pub fn run(args: &Args) -> Outcome {
     }
     let summary = rendered?;
     if is_done {
-        keeper.finish(&mut Checkpointable { rendering: &mut rendering, integrator: device.integrator.as_mut() })?;
+        keeper.finish(&mut Checkpointable::new(&mut rendering, device.integrator.as_mut()))?;
     }
     let report = Report {
         scene: &scene,

@@ -11,7 +11,8 @@
 //! `x` and standard deviation `s`, `n x^2 / (x^2 + s^2)` count as having found it: `n` where all are alike, 1 where one alone is not zero. With 16
 //! batches that all found light, a pixel takes 3 % from its surroundings. Over the film the sum of `v` stays about what it was, that is, unbiased.
 
-use super::Film;
+use super::{Film, PIXELS};
+use rayon::prelude::*;
 
 /// Sums over the pixels of a block, `N` times: 1, events per batch, mean, variance of the mean.
 type Sums = [f32; 4];
@@ -64,7 +65,7 @@ impl<'a> Errors<'a> {
         let mut above = ([1, 1], vec![Around { weight: 0.0, mean: 0.0, variance: 0.0 }]);
         while let Some((size, blocks)) = levels.pop() {
             let around = |(i, sums): (usize, &Sums)| above.1[block_of(i, size, above.0)].around(sums);
-            above = (size, blocks.iter().enumerate().map(around).collect());
+            above = (size, blocks.par_iter().with_min_len(PIXELS).enumerate().map(around).collect());
         }
         errors.around = above.1;
         errors
@@ -110,12 +111,16 @@ fn block_of(place: usize, size: [usize; 2], coarse: [usize; 2]) -> usize {
 }
 
 /// Sums over blocks of 2 x 2 (less at the right and lower rim) of a grid of `size`.
-fn sums_of_blocks(size: [usize; 2], at: impl Fn(usize) -> Sums) -> Vec<Sums> {
+fn sums_of_blocks(size: [usize; 2], at: impl Fn(usize) -> Sums + Sync) -> Vec<Sums> {
     let coarse = halved(size);
     let mut blocks = vec![[0.0; 4]; coarse[0] * coarse[1]];
-    for place in 0..size[0] * size[1] {
-        let block = &mut blocks[block_of(place, size, coarse)];
-        block.iter_mut().zip(at(place)).for_each(|(sum, v)| *sum += v);
-    }
+    let of_row = |(row, blocks): (usize, &mut [Sums])| {
+        for place in 2 * row * size[0]..(2 * row + 2).min(size[1]) * size[0] {
+            let block = &mut blocks[place % size[0] / 2];
+            block.iter_mut().zip(at(place)).for_each(|(sum, v)| *sum += v);
+        }
+    };
+    let rows = blocks.par_chunks_mut(coarse[0]).with_min_len(PIXELS.div_ceil(coarse[0]));
+    rows.enumerate().for_each(of_row);
     blocks
 }

@@ -28,6 +28,7 @@ use crate::error::{Error, Result};
 use crate::memory;
 use crate::scene::FilmSettings;
 use crate::state::{Persistent, State, invalid};
+use rayon::prelude::*;
 use std::io;
 use whole::Whole;
 
@@ -43,6 +44,13 @@ pub struct Tile {
     /// Rows.
     pub height: u32,
 }
+
+/// Pixels and values that a core takes at a time, at least.
+const PIXELS: usize = 1 << 10;
+const VALUES: usize = 1 << 14;
+
+/// Means and deviations, weights and numbers of batches of a row of the film, and the sums of a tile's row.
+type Row<'a, T> = (((&'a mut [f64], &'a mut [f32]), (&'a mut [f64], &'a mut [u32])), &'a [T]);
 
 /// Batch statistics of every pixel and channel. Pixels are counted row by row from the upper left.
 #[derive(Debug, Clone)]
@@ -105,10 +113,7 @@ impl Film {
         let (width, height, channels) = (self.settings.width, self.settings.height, self.channels);
         assert!(tile.x + tile.width <= width && tile.y + tile.height <= height, "tile {tile:?} leaves the {width}x{height} film");
         assert_eq!(sums.len(), tile.width as usize * tile.height as usize * channels, "sums of tile {tile:?}");
-        for (i, sums) in sums.chunks_exact(channels).enumerate() {
-            let (x, y) = (tile.x as usize + i % tile.width as usize, tile.y as usize + i / tile.width as usize);
-            self.add_pixel(y * width as usize + x, sums.iter().map(|&s| f64::from(s)), spp);
-        }
+        self.add(tile, sums, spp);
     }
 
     /// Adds one batch to the whole film; `sums` as in [`Film::add_batch`], in double precision.
@@ -117,28 +122,47 @@ impl Film {
     /// If `sums` has the wrong length or `spp` is 0.
     pub fn add_batch_f64(&mut self, sums: &[f64], spp: u32) {
         assert_eq!(sums.len(), self.mean.len(), "sums of the whole film");
-        for pixel in 0..self.pixels() {
-            let sums = &sums[pixel * self.channels..(pixel + 1) * self.channels];
-            self.add_pixel(pixel, sums.iter().copied(), spp);
-        }
+        let FilmSettings { width, height, .. } = self.settings;
+        self.add(Tile { x: 0, y: 0, width, height }, sums, spp);
     }
 
-    fn add_pixel(&mut self, pixel: usize, sums: impl Iterator<Item = f64>, spp: u32) {
+    /// Adds to rows on all cores, while one sums up the whole; in the same order always.
+    fn add<T: Copy + Into<f64> + Sync>(&mut self, tile: Tile, sums: &[T], spp: u32) {
         assert!(spp > 0, "a batch without samples");
-        let w = f64::from(spp);
-        self.weight[pixel] += w;
-        self.batches[pixel] += 1;
-        let share = w / self.weight[pixel];
-        let at = pixel * self.channels;
-        let mean = &mut self.mean[at..at + self.channels];
-        let deviation = &mut self.deviation[at..at + self.channels];
-        for (((mean, deviation), sum), whole) in mean.iter_mut().zip(deviation).zip(sums).zip(&mut self.whole.sums) {
-            let x = sum / w;
-            *whole += x;
-            // Finite, whatever the film holds: a square beyond single precision stays at its greatest.
-            *deviation = (*deviation + update(mean, x, w, share) as f32).min(f32::MAX);
-        }
-        self.whole.pixels += 1;
+        let (channels, w) = (self.channels, f64::from(spp));
+        let (width, columns) = (self.settings.width as usize, tile.width as usize);
+        let (first, end) = (tile.x as usize, tile.x as usize + columns);
+        let rows = |y: u32| y as usize * width..(y + tile.height) as usize * width;
+        let (pixels, values) = (rows(tile.y), rows(tile.y).start * channels..rows(tile.y).end * channels);
+        let whole = &mut self.whole;
+        let (mean, deviation) = (&mut self.mean[values.clone()], &mut self.deviation[values]);
+        let (weight, batches) = (&mut self.weight[pixels.clone()], &mut self.batches[pixels]);
+        let of_row = |(((mean, deviation), (weight, batches)), sums): Row<'_, T>| {
+            let pixels = mean.chunks_exact_mut(channels).zip(deviation.chunks_exact_mut(channels)).skip(first);
+            let weights = weight[first..end].iter_mut().zip(&mut batches[first..end]);
+            for (((mean, deviation), (weight, batches)), sums) in pixels.zip(weights).zip(sums.chunks_exact(channels)) {
+                *weight += w;
+                *batches += 1;
+                let share = w / *weight;
+                for ((mean, deviation), sum) in mean.iter_mut().zip(deviation).zip(sums) {
+                    // Finite, whatever the film holds: a square beyond single precision stays at its greatest.
+                    *deviation = (*deviation + update(mean, (*sum).into() / w, w, share) as f32).min(f32::MAX);
+                }
+            }
+        };
+        let update_rows = || {
+            let rows = mean.par_chunks_mut(width * channels).zip(deviation.par_chunks_mut(width * channels));
+            let weights = weight.par_chunks_mut(width).zip(batches.par_chunks_mut(width));
+            let rows = rows.zip(weights).zip(sums.par_chunks(columns * channels));
+            rows.with_min_len((VALUES / (columns * channels)).max(1)).for_each(of_row);
+        };
+        let add_to_whole = || {
+            for sums in sums.chunks_exact(channels) {
+                whole.sums.iter_mut().zip(sums).for_each(|(whole, sum)| *whole += (*sum).into() / w);
+            }
+            whole.pixels += sums.len() / channels;
+        };
+        rayon::join(update_rows, add_to_whole);
         if self.whole.pixels == self.weight.len() {
             self.whole.finish_batch(w);
         }
@@ -238,12 +262,23 @@ impl Film {
             let (value, variance) = errors.expected(pixel);
             variance / (value * value + floor)
         };
-        Some((0..self.pixels()).map(square).sum::<f64>() / self.pixels() as f64)
+        Some(self.sum_over_pixels(square) / self.pixels() as f64)
     }
 
     /// Mean of a channel over all pixels.
     pub fn mean_of(&self, channel: usize) -> f64 {
-        (0..self.pixels()).map(|pixel| self.pixel(pixel)[channel]).sum::<f64>() / self.pixels() as f64
+        self.sum_over_pixels(|pixel| self.pixel(pixel)[channel]) / self.pixels() as f64
+    }
+
+    /// Of values that all cores work out; in the order of the pixels always.
+    fn sum_over_pixels(&self, value: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
+        let (mut sum, mut values) = (0.0, Vec::new());
+        for first in (0..self.pixels()).step_by(PIXELS << 8) {
+            let end = self.pixels().min(first + (PIXELS << 8));
+            (first..end).into_par_iter().with_min_len(PIXELS).map(&value).collect_into_vec(&mut values);
+            values.iter().for_each(|value| sum += value);
+        }
+        sum
     }
 
     /// Batches that every pixel has had.

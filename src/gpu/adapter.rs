@@ -3,9 +3,11 @@
 use super::Faults;
 use super::kernel::Kernels;
 use super::layout::TABLE_WIDTH;
+use super::read_back::Meter;
 use crate::error::{Error, Result};
 use crate::memory;
 use std::fmt;
+use std::time::Instant;
 
 /// What the user is told about an adapter.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -79,6 +81,7 @@ pub struct Gpu {
     /// What it is.
     pub info: AdapterInfo,
     pub(super) kernels: Kernels,
+    pub(super) meter: Meter,
     /// How it failed, if it did.
     pub faults: Faults,
 }
@@ -155,7 +158,7 @@ impl Gpu {
         let (device, queue) = pollster::block_on(request)
             .map_err(|e| Error::device(format!("{} refused a device: {e}", info.name), "choose another adapter with --device"))?;
         faults.watch(&device);
-        Ok(Self { device, queue, info, kernels: Kernels::default(), faults: faults.clone() })
+        Ok(Self { device, queue, info, kernels: Kernels::default(), meter: Meter::default(), faults: faults.clone() })
     }
 
     /// Largest storage buffer that may be bound, bytes.
@@ -265,7 +268,9 @@ impl Gpu {
     /// # Errors
     /// [`Error::Fault`] if the device has failed.
     pub fn wait(&self) -> Result<()> {
+        let begun = Instant::now();
         let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
+        self.meter.waited(begun);
         waited.map(|_| ()).map_err(|e| self.lost(&e))?;
         self.faults.check()
     }
@@ -334,6 +339,7 @@ impl Gpu {
             staging.slice(..count).map_async(wgpu::MapMode::Read, |_| {});
             self.wait()?;
             let view = staging.slice(..count).get_mapped_range().map_err(|e| self.lost(&e))?;
+            self.meter.read(count);
             visit(bytemuck::cast_slice(&view));
             drop(view);
             staging.unmap();

@@ -8,6 +8,7 @@ use crate::color::cie::is_visible;
 use crate::film::{Film, Tile};
 use crate::scene::{Bins, FilmSettings};
 use crate::state::{Persistent, State};
+use rayon::prelude::*;
 use std::io;
 
 /// Batches after which rates are settled anew: two differences of two.
@@ -75,28 +76,40 @@ impl Adaptive {
         if spp < LEAST_SHARED { 1.0 } else { self.rates[block] }
     }
 
+    /// Whether rates of the next batch, of `spp` samples, are those of the one before only once that is settled.
+    pub(super) fn is_about_to_settle(&self, spp: u32) -> bool {
+        spp >= LEAST_SHARED && (self.batches + 1).is_multiple_of(BATCHES)
+    }
+
     /// Takes note of what camera paths alone brought to the pixels of `tile` in this batch, radiance and Y, as sums that stand for `spp` samples each;
     /// `film` has had the batch. To be called for every tile, and then [`Adaptive::settle`].
     pub(super) fn learn(&mut self, tile: Tile, by_camera: &[[f32; 2]], spp: u32, film: &Film) {
         let is_pair = self.batches % 2 == 1 && self.mean > 0.0 && self.spp_before == spp;
         let floor = 0.01 * self.mean * self.mean;
-        for (i, [radiance, luminance]) in by_camera.iter().enumerate() {
-            let (x, y) = (tile.x as usize + i % tile.width as usize, tile.y as usize + i / tile.width as usize);
-            let (pixel, block) = (y * self.width + x, y / 8 * self.across + x / 8);
+        let columns = tile.width as usize;
+        let place = |i: usize| (tile.x as usize + i % columns, tile.y as usize + i / columns);
+        let block_of = |(x, y): (usize, usize)| y / 8 * self.across + x / 8;
+        let of_pixel = |(i, [radiance, luminance]): (usize, &[f32; 2])| {
+            let (x, y) = place(i);
+            let pixel = y * self.width + x;
             let (value, known) = if self.by_luminance {
                 (luminance, film.xyz(pixel)[1])
             } else {
                 (radiance, film.pixel(pixel)[..film.bins()].iter().sum())
             };
             let value = value / spp as f32;
+            let deviation = f64::from(value) - f64::from(self.before[pixel]);
+            let samples = f64::from(spp) * self.rate(block_of((x, y)), spp);
+            (value, known, samples * deviation * deviation / (known * known + floor))
+        };
+        let of_pixels: Vec<(f32, f64, f64)> = by_camera.par_iter().with_min_len(1024).enumerate().map(of_pixel).collect();
+        for (i, (value, known, squares)) in of_pixels.into_iter().enumerate() {
+            let (x, y) = place(i);
             self.total += known;
             if is_pair {
-                let deviation = f64::from(value) - f64::from(self.before[pixel]);
-                let samples = f64::from(spp) * self.rate(block, spp);
-                let squares = samples * deviation * deviation / (known * known + floor);
-                self.squares[self.batches as usize / 2 % 2][block] += squares;
+                self.squares[self.batches as usize / 2 % 2][y / 8 * self.across + x / 8] += squares;
             }
-            self.before[pixel] = value;
+            self.before[y * self.width + x] = value;
         }
     }
 

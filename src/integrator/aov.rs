@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::film::Tile;
 use crate::film::aov::{Albedo, AovBuffers, Sums};
 use crate::gpu::layout::Params;
-use crate::gpu::{Gpu, Resource};
+use crate::gpu::{Gpu, Resource, Staging};
 use crate::render::Halt;
 use glam::{DVec3, Vec4};
 
@@ -20,7 +20,7 @@ pub(super) fn run(
     mut pass: Pass,
     tiles: &[Tile],
     resources: &[(&str, &Resource)],
-    (uniforms, counters): (&Resource, &Resource),
+    (uniforms, counters): (&Resource, &(Resource, Staging)),
     params: Params,
 ) -> Result<AovBuffers> {
     let width = params.image_width as usize;

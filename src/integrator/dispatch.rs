@@ -5,7 +5,7 @@ use crate::gpu::layout::{
     COUNTER_CROWDED, COUNTER_ENDED, COUNTER_MOST_RAYS, COUNTER_NEGATIVE, COUNTER_NODES, COUNTER_NOT_FINITE, COUNTER_PRIMITIVES,
     COUNTER_RAYS, COUNTER_SATURATED, COUNTER_TRUNCATED, COUNTER_UNFINISHED, COUNTERS, Params,
 };
-use crate::gpu::{Gpu, Kernel, Resource, Timer};
+use crate::gpu::{Gpu, Kernel, Resource, Staging, Timer};
 use crate::render::Halt;
 use crate::stats::{BatchStats, Counts};
 use std::time::{Duration, Instant};
@@ -17,6 +17,8 @@ const DISPATCH_TIME_CPU: Duration = Duration::from_millis(100);
 
 /// Workgroups of the first dispatch, of which nobody knows how long it takes: few, and the next ones twice as many each, up to that time.
 pub(super) const FIRST_GROUPS: u32 = 2;
+const BYTES_OF_COUNTERS: u64 = 4 * COUNTERS as u64;
+
 /// Fewest workgroups that a pass is split into: they keep all cores busy, on a GPU with some 100,000 paths at a time.
 const LEAST_GROUPS: u32 = 64;
 const LEAST_GROUPS_GPU: u32 = 4096;
@@ -45,7 +47,7 @@ pub(super) struct Job<'a> {
     pub(super) halt: &'a Halt,
     pub(super) timer: Option<&'a Timer>,
     pub(super) uniforms: &'a Resource,
-    pub(super) counters: &'a Resource,
+    pub(super) counters: &'a (Resource, Staging),
     pub(super) resources: &'a [(&'a str, &'a Resource)],
     pub(super) params: Params,
 }
@@ -68,7 +70,8 @@ impl Job<'_> {
                 self.uniforms,
                 &[Params { first_group: first, group_step: if is_cpu { step(now) } else { 1 }, ..self.params }],
             );
-            self.gpu.write(self.counters, &[0u32; COUNTERS]);
+            let (counters, counted) = self.counters;
+            self.gpu.write(counters, &[0u32; COUNTERS]);
             let start = Instant::now();
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
             for (i, (kernel, bindings)) in pass.kernels.iter().zip(&bindings).enumerate() {
@@ -76,7 +79,9 @@ impl Job<'_> {
             }
             let kernels = pass.kernels.len() as u32;
             self.timer.iter().for_each(|timer| timer.resolve(&mut encoder, kernels));
+            counted.copy(&mut encoder, counters, BYTES_OF_COUNTERS);
             self.gpu.queue.submit([encoder.finish()]);
+            counted.map(BYTES_OF_COUNTERS);
             self.gpu.wait()?;
             let elapsed = start.elapsed();
             time += elapsed;
@@ -89,8 +94,8 @@ impl Job<'_> {
                     stats.kernel_times[pass.first_time + i] += time;
                 }
             }
-            let c: Vec<u32> = self.gpu.read(self.counters, (COUNTERS * 4) as u64)?;
-            let at = |i: u32| u64::from(c[i as usize]);
+            let counts_of_it = counted.mapped(self.gpu, BYTES_OF_COUNTERS)?;
+            let at = |i: u32| u64::from(bytemuck::cast_slice::<u8, u32>(&counts_of_it)[i as usize]);
             stats += BatchStats {
                 rays: at(COUNTER_RAYS),
                 dropped_not_finite: at(COUNTER_NOT_FINITE),

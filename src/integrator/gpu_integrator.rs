@@ -4,20 +4,21 @@ use super::adaptive::Adaptive;
 use super::budget::Budget;
 use super::dispatch::{FIRST_GROUPS, Job, Pass, least_groups};
 use super::guide::Guide;
+use super::landing::Landing;
 use super::learned::{Learned, MOST_HALVINGS};
 use super::merge::{self, Merge};
 use super::params::params;
 use super::probe::probed;
 use super::sample_counts::{ROUND, SampleCounts, Window, splitmix};
-use super::tile_sums::Parts;
+use super::tile_sums::TileSums;
 use super::{Feature, Features, Plan, Techniques, Wavelengths, aov};
 use crate::color::cie::K_M;
 use crate::error::{Error, Result};
 use crate::film::aov::{Albedo, AovBuffers};
 use crate::film::{Film, Tile};
-use crate::gpu::layout::{COUNTERS, Params, PassHead, WorkItem, XYZ_RATIO, texels};
+use crate::gpu::layout::{COUNTERS, Params, PassHead, WorkItem, texels};
 use crate::gpu::scene::GpuScene;
-use crate::gpu::{AdapterInfo, Gpu, Kernel, Resource, Timer};
+use crate::gpu::{AdapterInfo, Gpu, Kernel, Resource, Staging, Timer, Traffic};
 use crate::render::{Batch, Halt, Integrator, Renderer};
 use crate::scene::bounds_of_all;
 use crate::scene::{Bins, Scene};
@@ -27,7 +28,9 @@ use crate::state::{Persistent, State};
 use crate::stats::BatchStats;
 use bytemuck::cast_slice;
 use glam::{UVec4, Vec4};
+use rayon::prelude::*;
 use std::io;
+use std::mem::take;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -46,6 +49,9 @@ const PASSES_PER_SUM: u32 = 64;
 const SAMPLE_BYTES: u64 = 32 << 20;
 /// Likewise on a GPU, which traces some 100,000 paths at a time.
 const SAMPLE_BYTES_GPU: u64 = 128 << 20;
+/// Most bytes of a tile's splats, and half as many of its film: the host holds both once more.
+const TILE_BYTES: u64 = 1 << 30;
+
 /// Renders a scene on an adapter.
 #[derive(Debug)]
 pub struct GpuIntegrator {
@@ -60,13 +66,15 @@ pub struct GpuIntegrator {
     seed: u32,
     pub(super) params: Params,
     uniforms: Resource,
-    counters: Resource,
+    counters: (Resource, Staging),
     timer: Option<Timer>,
     samples: Resource,
     pub(super) learned: Learned,
     /// Sums of the tile at hand, cleared whenever they are read.
-    film: Resource,
-    splats: Option<Resource>,
+    film: (Resource, Staging),
+    splats: Option<(Resource, Staging)>,
+    /// Those of the tile before.
+    landing: Landing,
     merge: Option<Merge>,
     /// Most passes of one dispatch.
     passes: u32,
@@ -160,12 +168,15 @@ impl GpuIntegrator {
         let sample_places = ((sample_bytes >> halvings).min(gpu.max_binding()) / (16 * texels)) as u32;
         let samples = gpu.empty_table("samples", u64::from(sample_places) * texels)?;
         let values = 64 * u64::from(blocks) * u64::from(plan.bins + 3);
-        let film = gpu.empty_storage("film", 4 * values)?;
-        let splats = plan.light.as_ref().map(|_| gpu.empty_storage("splats", 8 * values)).transpose()?;
+        let summed = |label: &str, bytes: u64| -> Result<(Resource, Staging)> {
+            Ok((gpu.empty_storage(label, bytes)?, Staging::new(&gpu, bytes)))
+        };
+        let film = summed("film", 4 * values)?;
+        let splats = plan.light.as_ref().map(|_| summed("splats", 8 * values)).transpose()?;
         let camera = pass(&["camera_paths.wgsl", "update_film.wgsl"], plan.camera, limit, 0)?;
         let light = plan.light.map(|f| pass(&["light_paths.wgsl"], f, limit, 2)).transpose()?;
         let uniforms = gpu.uniform("params", std::mem::size_of::<Params>() as u64);
-        let counters = gpu.empty_storage("counters", (COUNTERS * 4) as u64)?;
+        let counters = summed("counters", (COUNTERS * 4) as u64)?;
         let guide = plan.guides(gpu_scene.params.lights).map(|[axes, aims]| Guide::new(&gpu, axes, aims)).transpose()?;
         let seed = fold_seed(seed);
         let (wavelengths, bins) = (Wavelengths::new(scene), scene.film.bins);
@@ -187,6 +198,7 @@ impl GpuIntegrator {
             learned: Learned::new(guide, adaptive, passes, halvings),
             film,
             splats,
+            landing: Landing::default(),
             merge,
             passes,
             sample_bounds: (passes, MOST_SAMPLES),
@@ -231,6 +243,11 @@ impl GpuIntegrator {
         &self.gpu.info
     }
 
+    /// What host and adapter had to do with each other so far.
+    pub fn traffic(&self) -> Traffic {
+        self.gpu.traffic()
+    }
+
     /// Bytes of the scene on the adapter.
     pub fn scene_bytes(&self) -> u64 {
         self.scene.bytes
@@ -266,12 +283,10 @@ impl GpuIntegrator {
     fn spectra(&self, first: u64, count: u32) -> (Vec<Vec4>, Vec<u32>) {
         let wavelengths = self.plan.wavelengths as usize;
         let cmf = observer(Observer::Cie1931);
-        let mut table = Vec::new();
-        let mut wavelength_bins = Vec::new();
-        for number in first..first + u64::from(count) {
+        let of_pass = |number: u64| {
             let (offset, collapse) = self.offsets(number);
             let sampled = self.wavelengths.pass(offset);
-            wavelength_bins.extend(sampled.iter().map(|(nm, _)| self.bins.index_of(*nm)));
+            let wavelength_bins: Vec<u32> = sampled.iter().map(|(nm, _)| self.bins.index_of(*nm)).collect();
             let kept = self.wavelengths.collapse_wavelengths(self.collapse_wavelengths(), collapse);
             let (radius, per_metre) = self.merge.as_ref().map_or((0.0, 0.0), |g| g.radius(number, self.params.image_height));
             let head = PassHead {
@@ -281,7 +296,7 @@ impl GpuIntegrator {
                 merge_radius_per_metre: per_metre as f32,
                 ..Default::default()
             };
-            table.extend_from_slice(cast_slice(&[head]));
+            let mut table: Vec<Vec4> = cast_slice(&[head]).to_vec();
             let of_film: Vec<[f64; 5]> = sampled
                 .iter()
                 .zip(self.wavelengths.collapse_probabilities())
@@ -296,23 +311,22 @@ impl GpuIntegrator {
                 values.resize(wavelengths.next_multiple_of(4), row.padding());
                 table.extend(values.chunks_exact(4).map(Vec4::from_slice));
             }
-        }
-        (table, wavelength_bins)
+            (table, wavelength_bins)
+        };
+        // The adapter has nothing to do until it is done.
+        let passes: Vec<_> = (first..first + u64::from(count)).into_par_iter().map(of_pass).collect();
+        let (tables, wavelength_bins): (Vec<_>, Vec<_>) = passes.into_iter().unzip();
+        (tables.concat(), wavelength_bins.concat())
     }
 
     /// Traces passes over one tile, at these rates of its blocks. No passes change nothing.
-    pub(super) fn trace(&mut self, tile: Tile, passes: Passes, rates: &[f64]) -> Result<TileSums> {
-        let channels = self.plan.bins as usize + 3;
-        let values = tile.width as usize * tile.height as usize * channels;
-        let bytes = |values: usize| 8 * values as u64;
-        self.learned.guide.iter().for_each(|g| self.gpu.write(&g.guiding_samples, &[0u32; 4]));
+    pub(super) fn trace(&mut self, tile: Tile, passes: Passes, rates: &[f64]) -> Result<Traced> {
         let guide =
             self.learned.guide.as_ref().map(|g| self.gpu.table("guide of light paths", &g.table(self.pixels()))).transpose()?;
-        let light_paths = f64::from(self.params.light_paths) * f64::from(passes.count);
+        let light_paths = self.light_paths(passes);
         let (guiding_sample_rate, guiding_sample_room) =
             self.learned.guide.as_mut().map_or((0.0, 0), |g| g.expect(light_paths.max(1.0)));
-        let mut stats = BatchStats::default();
-        let mut parts = Parts::default();
+        let (mut stats, mut earlier) = (BatchStats::default(), Vec::new());
         let mut summed = 0;
         let light_units = self.params.light_paths.div_ceil(64);
         let least_groups = least_groups(&self.gpu);
@@ -327,13 +341,13 @@ impl GpuIntegrator {
             let mut resources: Vec<(&str, &Resource)> = self.scene.resources.iter().map(|(n, b)| (*n, b)).collect();
             resources.extend([
                 ("params", &self.uniforms),
-                ("counters", &self.counters),
-                ("film", &self.film),
+                ("counters", &self.counters.0),
+                ("film", &self.film.0),
                 ("samples", &self.samples),
                 ("work", &work),
             ]);
             resources.extend([("spectra", &spectra), ("wavelength_bins", &wavelength_bins)]);
-            resources.extend(self.splats.iter().map(|s| ("splats", s)));
+            resources.extend(self.splats.iter().map(|(s, _)| ("splats", s)));
             resources.extend(guide.iter().map(|g| ("guide", g)));
             resources.extend(self.learned.guide.iter().map(|g| ("guiding_samples", &g.guiding_samples)));
             if let Some(merge) = &self.merge {
@@ -357,7 +371,8 @@ impl GpuIntegrator {
             };
             let timer = self.timer.as_ref();
             let (gpu, halt) = (&self.gpu, &self.halt);
-            let job = Job { gpu, halt, timer, uniforms: &self.uniforms, counters: &self.counters, resources: &resources, params };
+            let (uniforms, counters, resources) = (&self.uniforms, &self.counters, &resources[..]);
+            let job = Job { gpu, halt, timer, uniforms, counters, resources, params };
             // A group has one unit at least, of a sample in every pass at most.
             let limit = self.sample_places / self.learned.most_samples.max(count);
             let (camera, camera_counts, camera_time) = job.run(&mut self.camera, groups.len() as u32, limit)?;
@@ -372,39 +387,63 @@ impl GpuIntegrator {
                 stats += BatchStats { light_paths, light_time, light_counts, ..light };
             }
             summed += count;
-            if summed >= PASSES_PER_SUM || first + count == passes.count {
-                parts.add(self.gpu.read(&self.film, bytes(values) / 2)?);
-                self.gpu.clear(&self.film);
+            if summed >= PASSES_PER_SUM && first + count < passes.count {
+                self.sum_up(tile, &mut earlier)?;
                 summed = 0;
             }
         }
-        let mut sums = parts.sum();
         if passes.count == 0 {
             self.learned.fitting = u32::MAX;
-            return Ok(TileSums { sums, by_camera: Vec::new(), stats });
         }
-        let by_camera =
-            sums.chunks_exact(channels).map(|pixel| [pixel[..channels - 3].iter().sum(), pixel[channels - 2]]).collect();
-        if let Some(splats) = &self.splats {
-            // Every pass is an estimate from all its light paths.
-            let quantum = 1.0 / (f64::from(self.params.inverse_quantum) * f64::from(self.params.light_paths));
-            let mut left = sums.iter_mut().enumerate();
-            self.gpu.read_parts(splats, bytes(values), &mut |words: &[[u32; 2]]| {
-                for ([low, high], (i, sum)) in words.iter().zip(&mut left) {
-                    let quanta = (u64::from(*high) << 32 | u64::from(*low)) as f64;
-                    let unit = if i % channels < channels - 3 { quantum } else { quantum * f64::from(XYZ_RATIO) };
-                    let with_splats = f64::from(*sum) + quanta * unit;
-                    stats.dropped_saturated += u64::from(with_splats > f64::from(f32::MAX));
-                    *sum += (quanta * unit).min(f64::from(f32::MAX - *sum)) as f32;
-                }
-            })?;
-            self.gpu.clear(splats);
+        Ok(Traced { earlier, stats })
+    }
+
+    /// Values of a tile's film.
+    fn values(&self, tile: Tile) -> u64 {
+        u64::from(tile.width) * u64::from(tile.height) * u64::from(self.plan.bins + 3)
+    }
+
+    /// All those of some passes.
+    fn light_paths(&self, passes: Passes) -> f64 {
+        f64::from(self.params.light_paths) * f64::from(passes.count)
+    }
+
+    /// Adds what single precision holds so far to `sums`.
+    fn sum_up(&self, tile: Tile, sums: &mut Vec<f64>) -> Result<()> {
+        let (film, staging) = &self.film;
+        let taken = self.gpu.take(&[(film, staging, 4 * self.values(tile))])?;
+        let part = || taken.iter().flat_map(|part| cast_slice::<u8, f32>(part)).map(|&v| f64::from(v));
+        if sums.is_empty() {
+            sums.extend(part());
+        } else {
+            sums.iter_mut().zip(part()).for_each(|(sum, v)| *sum += v);
         }
-        if let Some(guide) = &mut self.learned.guide {
-            guide.learn(&self.gpu, light_paths)?;
-            guide.see((self.params.image_width, self.params.image_height), tile, &sums, channels, passes.count);
+        Ok(())
+    }
+
+    /// Brings back what passes over a tile came to, and has the guide learn from it.
+    pub(super) fn bring_back(&mut self, tile: Tile, passes: Passes, earlier: Vec<f64>) -> Result<TileSums> {
+        let values = self.values(tile);
+        let mut parts = vec![(&self.film.0, &self.film.1, 4 * values)];
+        parts.extend(self.splats.iter().map(|(splats, staging)| (splats, staging, 8 * values)));
+        parts.extend(self.learned.guide.iter().map(Guide::report));
+        // All that can fail comes first: the state changes as a whole or not at all.
+        let mut taken = self.gpu.take(&parts)?.into_iter();
+        let mut next =
+            || taken.next().ok_or_else(|| Error::device("nothing came back", "this is a defect of Abbe: please report it"));
+        let film = next()?;
+        let splats = self.splats.is_some().then(&mut next).transpose()?;
+        let report = self.learned.guide.is_some().then(&mut next).transpose()?;
+        // Every pass is an estimate from all its light paths.
+        let quantum = 1.0 / (f64::from(self.params.inverse_quantum) * f64::from(self.params.light_paths));
+        let channels = self.plan.bins as usize + 3;
+        let sums = TileSums { tile, spp: passes.count, channels, film, earlier, splats, quantum };
+        let light_paths = self.light_paths(passes);
+        if let Some((guide, report)) = self.learned.guide.as_mut().zip(report) {
+            guide.learn(cast_slice(&report), light_paths);
+            guide.see((self.params.image_width, self.params.image_height), tile, &sums.radiance(), passes.count);
         }
-        Ok(TileSums { sums, by_camera, stats })
+        Ok(sums)
     }
 
     /// The passes in windows whose samples and visible points fit, each with the first of it; how many samples blocks have is a whole number over a
@@ -476,31 +515,53 @@ pub(super) struct Passes {
     pub(super) count: u32,
 }
 
-/// What passes over a tile came to: `[pixel][bins + 3]` sums over them.
-pub(super) struct TileSums {
-    sums: Vec<f32>,
-    /// Radiance of each pixel (sum over the bins) and Y by camera paths alone, `[pixel]` sums over the passes.
-    pub(super) by_camera: Vec<[f32; 2]>,
+/// Passes over a tile whose last sums are still on the adapter.
+pub(super) struct Traced {
+    /// Sums of passes before those, if there were more than single precision holds.
+    pub(super) earlier: Vec<f64>,
     pub(super) stats: BatchStats,
 }
 
 impl GpuIntegrator {
-    /// [`Integrator::render_batch`], unguarded. Its state changes at a tile's end alone.
+    /// [`Integrator::render_ahead`], unguarded. Its state changes at a tile's end alone.
     fn batch(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats> {
         let Batch { index, first_pass, spp } = batch;
         if self.learned.tiles_done == 0 {
-            self.probe(batch)?;
+            if self.learned.adaptive.as_ref().is_some_and(|a| a.is_about_to_settle(spp)) {
+                self.land(film);
+            }
+            self.probe(batch, film)?;
         }
-        for tile in self.tiles().into_iter().skip(self.learned.tiles_done) {
+        let tiles = self.tiles();
+        for &tile in &tiles[self.learned.tiles_done.min(tiles.len())..] {
             let rates = self.learned.adaptive.as_ref().map_or_else(|| even_rates(tile), |a| a.rates(tile, spp));
             let passes = Passes { batch: index, number: first_pass, count: spp };
-            let traced = self.trace(tile, passes, &rates)?;
-            film.add_batch(tile, &traced.sums, spp);
-            self.learned.adaptive.iter_mut().for_each(|a| a.learn(tile, &traced.by_camera, spp, film));
+            let traced = self.trace_meanwhile(tile, passes, &rates, film)?;
+            let sums = self.bring_back(tile, passes, traced.earlier)?;
             self.learned.stats += traced.stats;
             self.learned.tiles_done += 1;
+            self.landing.begin(sums, self.learned.tiles_done == tiles.len());
         }
-        Ok(self.learned.finish_batch(spp, self.sample_bounds))
+        Ok(self.learned.finish_batch(self.sample_bounds))
+    }
+
+    /// Traces passes over a tile while the one before goes into the film.
+    fn trace_meanwhile(&mut self, tile: Tile, passes: Passes, rates: &[f64], film: &mut Film) -> Result<Traced> {
+        let (mut landing, mut adaptive) = (take(&mut self.landing), self.learned.adaptive.take());
+        let (faults, mut cut) = (self.gpu.faults.clone(), 0);
+        let traced = rayon::in_place_scope(|scope| {
+            scope.spawn(|_| cut = landing.land(film, adaptive.as_mut()));
+            // A panic must not take along what was moved out.
+            faults.guard(|| self.trace(tile, passes, rates))
+        });
+        (self.landing, self.learned.adaptive) = (landing, adaptive);
+        self.learned.stats.dropped_saturated += cut;
+        traced
+    }
+
+    /// Brings what is left of the tile before into the film.
+    pub(super) fn land(&mut self, film: &mut Film) {
+        self.learned.stats.dropped_saturated += self.landing.land(film, self.learned.adaptive.as_mut());
     }
 
     /// [`Renderer::aovs`], unguarded.
@@ -521,8 +582,21 @@ impl GpuIntegrator {
 
 impl Integrator for GpuIntegrator {
     fn render_batch(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats> {
+        let rendered = self.render_ahead(batch, film);
+        let mut stats = self.settle(film);
+        stats += rendered?;
+        Ok(stats)
+    }
+
+    fn render_ahead(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats> {
         let faults = self.gpu.faults.clone();
         faults.guard(|| self.batch(batch, film))
+    }
+
+    fn settle(&mut self, film: &mut Film) -> BatchStats {
+        self.land(film);
+        // What was counted in a batch that is not done stays with it.
+        if self.learned.tiles_done == 0 { take(&mut self.learned.stats) } else { BatchStats::default() }
     }
 
     fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
@@ -597,7 +671,7 @@ fn blocks(tile: Tile) -> u32 {
 /// largest first.
 fn tiles(gpu: &Gpu, plan: &Plan, width: u32, height: u32, halvings: u32) -> Vec<Tile> {
     let point = if plan.has(Feature::Merging) { merge::point_bytes(plan) } else { 0 };
-    let pixels = gpu.max_binding() / (8 * u64::from(plan.bins + 3)).max(point);
+    let pixels = gpu.max_binding().min(TILE_BYTES) / (8 * u64::from(plan.bins + 3)).max(point);
     let columns = if u64::from(width) * 8 > pixels { (pixels / 64 * 8) as u32 } else { width };
     let rows = (pixels / u64::from(columns.next_multiple_of(8)) / 8 * 8).clamp(8, 1 << 20) as u32;
     let mut tiles = Vec::new();

@@ -8,7 +8,7 @@
 
 use crate::error::Result;
 use crate::film::Tile;
-use crate::gpu::{Gpu, Resource};
+use crate::gpu::{Gpu, Resource, Staging};
 use crate::state::{Persistent, State, invalid};
 use bytemuck::{Pod, Zeroable};
 use glam::UVec4;
@@ -25,6 +25,8 @@ pub(super) const ROOT: usize = BLOCKS * BLOCKS;
 const NODES: usize = 16384;
 /// Most samples of one call.
 const ROOM: usize = 1 << 16;
+/// Their number, and they themselves.
+const REPORT_BYTES: u64 = (1 + 2 * ROOM as u64) * 16;
 /// Most samples that a tree is grown from.
 const MOST_SAMPLES: usize = 1 << 17;
 /// Share of the paths that go on evenly, since what was not of use so far may be yet.
@@ -75,6 +77,7 @@ pub(super) struct Guide {
     brightness: Vec<(f64, f64)>,
     /// Where the light pass stores them.
     pub guiding_samples: Resource,
+    staging: Staging,
 }
 
 /// A box of the cube while the tree grows.
@@ -103,8 +106,14 @@ impl Guide {
             axes,
             aims,
             brightness: vec![(0.0, 0.0); BLOCKS * BLOCKS],
-            guiding_samples: gpu.empty_storage("guiding samples", (1 + 2 * ROOM as u64) * 16)?,
+            guiding_samples: gpu.empty_storage("guiding samples", REPORT_BYTES)?,
+            staging: Staging::new(gpu, REPORT_BYTES),
         })
+    }
+
+    /// What the paths have reported, for [`Gpu::take`].
+    pub fn report(&self) -> (&Resource, &Staging, u64) {
+        (&self.guiding_samples, &self.staging, REPORT_BYTES)
     }
 
     /// Probability that one of `paths` is stored, over its share in the integral of squared contribution, and room for samples.
@@ -113,21 +122,19 @@ impl Guide {
         (self.reporting as f32, ROOM as u32)
     }
 
-    /// Takes in what `paths` light paths reported. All of it is forgotten if there was not room for it: what was left out depends on chance.
-    pub fn learn(&mut self, gpu: &Gpu, paths: f64) -> Result<()> {
-        let count = gpu.read::<u32>(&self.guiding_samples, 4)?[0] as usize;
+    /// Takes in what `paths` light paths reported, as it came back. All of it is forgotten if there was not room for it: what was left out depends on chance.
+    pub fn learn(&mut self, reported: &[u32], paths: f64) {
+        let count = reported[0] as usize;
         let is_complete = (1..=ROOM).contains(&count);
-        // All that can fail comes first: the state changes as a whole or not at all.
-        let mut words: Vec<u32> =
-            if is_complete { gpu.read(&self.guiding_samples, (1 + 2 * count as u64) * 16)? } else { Vec::new() };
         // One more, so that it is never zero.
         self.share = (count as f64 + 1.0) / (self.reporting * paths);
         self.squares = 0.0;
         if !is_complete {
-            return Ok(());
+            return;
         }
-        bytemuck::cast_slice_mut::<u32, [u32; 8]>(&mut words[4..]).par_sort_unstable();
-        let records: &[[f32; 8]] = bytemuck::cast_slice(&words[4..]);
+        let mut records: Vec<[u32; 8]> = bytemuck::cast_slice(&reported[4..4 + 8 * count]).to_vec();
+        records.par_sort_unstable();
+        let records: &[[f32; 8]] = bytemuck::cast_slice(&records);
         // Share in the integral, over the probability of having been reported.
         let weight = |[.., share, density]: &[f32; 8]| {
             let share = f64::from(*share) / f64::from(*density);
@@ -136,24 +143,24 @@ impl Guide {
         self.squares = records.iter().map(|r| weight(r) / f64::from(r[7])).sum::<f64>() / paths;
         self.share = (records.iter().map(weight).sum::<f64>() / paths).max(self.share);
         if self.grown_from >= MOST_SAMPLES / 2 {
-            return Ok(());
+            return;
         }
         self.samples.extend(records.iter().map(|r| GuidingSample { at: std::array::from_fn(|axis| r[axis]), weight: weight(r) }));
         if self.samples.len() >= 2 * self.grown_from {
             self.grow();
         }
-        Ok(())
     }
 
-    /// Takes in a tile of the picture: `[pixel][channels]` sums over `spp` samples; all but the last three channels are radiance.
-    pub fn see(&mut self, image: (u32, u32), tile: Tile, sums: &[f32], channels: usize, spp: u32) {
-        for (i, sums) in sums.chunks_exact(channels).enumerate() {
-            let (x, y) =
-                (u64::from(tile.x) + i as u64 % u64::from(tile.width), u64::from(tile.y) + i as u64 / u64::from(tile.width));
-            let block = |at: u64, size: u32| (at * BLOCKS as u64 / u64::from(size)) as usize;
-            let block = &mut self.brightness[block(y, image.1) * BLOCKS + block(x, image.0)];
-            block.0 += sums[..channels - 3].iter().map(|&s| f64::from(s)).sum::<f64>();
-            block.1 += f64::from(spp);
+    /// Takes in a tile of the picture: radiance of its pixels, sums over `spp` samples.
+    pub fn see(&mut self, image: (u32, u32), tile: Tile, radiance: &[f64], spp: u32) {
+        let block = |at: u32, size: u32| (u64::from(at) * BLOCKS as u64 / u64::from(size)) as usize;
+        let columns: Vec<usize> = (tile.x..tile.x + tile.width).map(|x| block(x, image.0)).collect();
+        for (y, row) in (tile.y..).zip(radiance.chunks_exact(columns.len())) {
+            let blocks = &mut self.brightness[block(y, image.1) * BLOCKS..][..BLOCKS];
+            for (column, radiance) in columns.iter().zip(row) {
+                blocks[*column].0 += radiance;
+                blocks[*column].1 += f64::from(spp);
+            }
         }
     }
 
@@ -273,8 +280,19 @@ impl Guide {
 
 impl Persistent for Guide {
     fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
-        let Guide { nodes, samples, grown_from, share, reporting, squares, axes: _, aims: _, brightness, guiding_samples: _ } =
-            self;
+        let Guide {
+            nodes,
+            samples,
+            grown_from,
+            share,
+            reporting,
+            squares,
+            axes: _,
+            aims: _,
+            brightness,
+            guiding_samples: _,
+            staging: _,
+        } = self;
         let mut axes: Vec<u32> = nodes.iter().map(|node| node.axis as u32).collect();
         let mut firsts: Vec<u32> = nodes.iter().map(|node| node.first as u32).collect();
         let mut shares: Vec<f64> = nodes.iter().map(|node| node.share).collect();

@@ -24,7 +24,7 @@ pub(super) struct Learned {
     pub most_samples: u32,
     /// How many may be, by what is known from this batch.
     pub fitting: u32,
-    /// Tiles of the batch under way that are in the film, and what was counted in them.
+    /// Tiles of the batch under way that are in the film or on their way there, and what was counted in them.
     pub tiles_done: usize,
     pub stats: BatchStats,
 }
@@ -36,9 +36,8 @@ impl Learned {
         Learned { guide, adaptive, budget, halvings, probes, most_samples, fitting, tiles_done, stats }
     }
 
-    /// All tiles of a batch of `spp` samples are done; what was counted.
-    pub fn finish_batch(&mut self, spp: u32, (least, most): (u32, u32)) -> BatchStats {
-        self.adaptive.iter_mut().for_each(|a| a.settle(spp));
+    /// All tiles of a batch are done; what was counted.
+    pub fn finish_batch(&mut self, (least, most): (u32, u32)) -> BatchStats {
         self.most_samples = std::mem::replace(&mut self.fitting, u32::MAX).clamp(least, most.max(least));
         self.tiles_done = 0;
         std::mem::take(&mut self.stats)

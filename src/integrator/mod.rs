@@ -7,6 +7,7 @@ mod dispatch;
 mod features;
 mod gpu_integrator;
 mod guide;
+mod landing;
 mod learned;
 mod merge;
 mod params;

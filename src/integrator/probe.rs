@@ -5,6 +5,7 @@ use super::budget::{Budget, Probe};
 use super::gpu_integrator::{Passes, even_rates};
 use super::params::coarser;
 use crate::error::{Error, Result};
+use crate::film::Film;
 use crate::gpu::layout::Params;
 use crate::render::Batch;
 use crate::state::{Persistent, State};
@@ -37,15 +38,17 @@ fn unexpected(e: io::Error) -> Error {
 
 impl GpuIntegrator {
     /// Learns where light paths are of use, and how many are best, from a few passes that the film never sees: what they find before that is mostly noise.
-    pub(super) fn probe(&mut self, batch: Batch) -> Result<()> {
+    pub(super) fn probe(&mut self, batch: Batch, film: &mut Film) -> Result<()> {
         let due = PROBES.iter().take_while(|(beyond, _)| batch.first_pass + u64::from(batch.spp) > *beyond).count();
         let rounds_of = |probe: usize| extent(&self.params, PROBES[probe].1).1;
         // Of a small picture the first one has told as much.
         let tells_more = |before: usize| before == 0 || rounds_of(due - 1) > rounds_of(before - 1);
-        if due > self.learned.probes
-            && tells_more(self.learned.probes)
-            && let Some(guide) = &mut self.learned.guide
-        {
+        let is_due = due > self.learned.probes && tells_more(self.learned.probes);
+        if is_due && self.learned.guide.is_some() {
+            // There is one place for what comes back.
+            self.land(film);
+        }
+        if is_due && let Some(guide) = &mut self.learned.guide {
             let mut before = Vec::new();
             guide.persist(&mut State::saving(&mut before)).map_err(unexpected)?;
             let picture = self.params;
@@ -73,7 +76,7 @@ impl GpuIntegrator {
     }
 
     fn probe_rounds(&mut self, rounds: u32, first_batch: u32) -> Result<Probe> {
-        let mut last: Vec<f32> = Vec::new();
+        let (mut last, mut room): (Vec<f32>, Vec<f32>) = Default::default();
         let mut sum = Probe { camera_variance: 0.0, light_variance: 0.0, camera_rays: 0.0, light_rays: 0.0 };
         for round in 0..rounds {
             let mut picture = vec![0.0; self.pixels() as usize];
@@ -81,7 +84,9 @@ impl GpuIntegrator {
             for tile in self.tiles() {
                 let passes = Passes { batch: first_batch + round, number: u64::from(round), count: 1 };
                 let traced = self.trace(tile, passes, &even_rates(tile))?;
-                for (i, [radiance, _]) in traced.by_camera.iter().enumerate() {
+                let sums = self.bring_back(tile, passes, traced.earlier)?;
+                let (_, by_camera, _) = sums.all(&mut room);
+                for (i, [radiance, _]) in by_camera.iter().enumerate() {
                     let (x, y) = (tile.x + i as u32 % tile.width, tile.y + i as u32 / tile.width);
                     picture[(y * self.params.image_width + x) as usize] = *radiance;
                 }

@@ -27,6 +27,20 @@ pub trait Integrator {
     /// whole, and for no others; no more batches can be rendered by this integrator, but by one that takes over its state.
     fn render_batch(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats>;
 
+    /// Likewise, but what the batch came to may be in `film` only with the next one, or with [`Integrator::settle`]: the device need not wait for the host. It
+    /// is in safety all the same: what fails later does not take it along.
+    ///
+    /// # Errors
+    /// As [`Integrator::render_batch`].
+    fn render_ahead(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats> {
+        self.render_batch(batch, film)
+    }
+
+    /// Brings what batches rendered ahead came to into `film`; returns what was counted only now.
+    fn settle(&mut self, _film: &mut Film) -> BatchStats {
+        BatchStats::default()
+    }
+
     /// Saves or restores all that the batches so far have left behind in it, so that those to come give the same bits.
     ///
     /// # Errors
@@ -132,7 +146,8 @@ pub struct Progress {
     pub stats: BatchStats,
     /// Rays per second over the whole render.
     pub rays_per_second: f64,
-    /// [`Film::relative_error`]; infinite before the second batch.
+    /// [`Film::relative_error`], as last looked at: at the end, where it may end the render, and else as often as takes little time. Infinite before the
+    /// second batch.
     pub relative_error: f64,
     /// Time since the start.
     pub elapsed: Duration,
@@ -229,40 +244,60 @@ impl Rendering {
         observe: &mut dyn FnMut(&Progress, &mut Checkpointable<'_>) -> ControlFlow<()>,
     ) -> Result<Summary> {
         let (begun, before) = (Instant::now(), self.elapsed);
-        if let Some(ended) = self.ended(stop)
+        let mut error = Estimate::of(&self.film);
+        if let Some(ended) = self.ended(stop, error.value)
             && (self.batches > 0 || ended == Ended::Samples)
         {
-            return Ok(Summary { progress: self.progress(stop, Some(ended)), batches: self.batches, ended });
+            return Ok(Summary { progress: self.progress(stop, error.value, Some(ended)), batches: self.batches, ended });
         }
         let latest = stop.latest().and_then(|latest| begun.checked_add(latest.saturating_sub(before)));
         loop {
             // One sample, however long it takes.
             integrator.end_by(latest.filter(|_| self.batches > 0));
             let batch = self.next_batch(stop);
-            match integrator.render_batch(batch, &mut self.film) {
+            let rendered = integrator.render_ahead(batch, &mut self.film);
+            self.elapsed = before + begun.elapsed();
+            match rendered {
                 Ok(stats) => self.stats += stats,
-                Err(Error::Interrupted) if self.batches > 0 => {
-                    self.elapsed = before + begun.elapsed();
-                    let is_late = stop.latest().is_some_and(|latest| self.elapsed >= latest);
-                    let ended = if is_late { Ended::Time } else { Ended::Interrupted };
-                    return Ok(Summary { progress: self.progress(stop, None), batches: self.batches, ended });
+                Err(failure) => {
+                    self.settle(integrator);
+                    return match failure {
+                        Error::Interrupted if self.batches > 0 => {
+                            let error = self.film.relative_error();
+                            let is_late = stop.latest().is_some_and(|latest| self.elapsed >= latest);
+                            let ended = if is_late { Ended::Time } else { Ended::Interrupted };
+                            Ok(Summary { progress: self.progress(stop, error, None), batches: self.batches, ended })
+                        }
+                        failure => Err(failure),
+                    };
                 }
-                Err(error) => return Err(error),
             }
             self.next += self.share.of;
             self.batches += 1;
             self.spp += u64::from(batch.spp);
-            self.elapsed = before + begun.elapsed();
-            let mut ended = self.ended(stop);
-            let progress = self.progress(stop, ended);
+            let may_end_by_error = stop.error.is_some() && self.batches >= Stop::MIN_BATCHES;
+            if may_end_by_error || error.is_due() || self.ended(stop, error.value).is_some() {
+                self.settle(integrator);
+                error = Estimate::of(&self.film);
+                self.elapsed = before + begun.elapsed();
+            }
+            let mut ended = self.ended(stop, error.value);
+            let mut progress = self.progress(stop, error.value, ended);
             let broken = observe(&progress, &mut Checkpointable { rendering: self, integrator }).is_break();
             if broken && ended.is_none() {
                 ended = Some(Ended::Interrupted);
+                self.settle(integrator);
+                (progress.stats, progress.relative_error) = (self.stats, self.film.relative_error());
             }
             if let Some(ended) = ended {
                 return Ok(Summary { progress, batches: self.batches, ended });
             }
         }
+    }
+
+    /// Has all batches in the film.
+    fn settle(&mut self, integrator: &mut dyn Integrator) {
+        self.stats += integrator.settle(&mut self.film);
     }
 
     /// The next batch; the last one takes what remains.
@@ -277,14 +312,14 @@ impl Rendering {
         Batch::nth(self.next, self.film.pixels()).first_pass
     }
 
-    fn ended(&self, stop: &Stop) -> Option<Ended> {
+    fn ended(&self, stop: &Stop, relative_error: f64) -> Option<Ended> {
         // One sequence of batches never outgrows u32: the random numbers' keys end there, and the last ones are for other uses.
         let is_last = self.next > u32::MAX - (1 << 16);
         if is_last || stop.total_spp().is_some_and(|total| self.passes() >= u64::from(total.max(1))) {
             return Some(Ended::Samples);
         }
-        let error_is_reached = || stop.error.is_some_and(|target| self.film.relative_error() <= target);
-        if self.batches >= Stop::MIN_BATCHES && error_is_reached() {
+        let error_is_reached = stop.error.is_some_and(|target| relative_error <= target);
+        if self.batches >= Stop::MIN_BATCHES && error_is_reached {
             return Some(Ended::Error);
         }
         // Half a batch of foresight: the mean overrun of a time limit is then nil.
@@ -294,9 +329,8 @@ impl Rendering {
         is_late.then_some(Ended::Time)
     }
 
-    fn progress(&self, stop: &Stop, ended: Option<Ended>) -> Progress {
+    fn progress(&self, stop: &Stop, relative_error: f64, ended: Option<Ended>) -> Progress {
         let seconds = self.elapsed.as_secs_f64();
-        let relative_error = self.film.relative_error();
         let by_samples = stop.total_spp().map_or(0.0, |total| self.passes() as f64 / f64::from(total.max(1)));
         let by_time = stop.time.map_or(0.0, |time| seconds / time.as_secs_f64().max(1e-9));
         let by_error = stop.error.map_or(0.0, |target| {
@@ -336,18 +370,50 @@ impl Persistent for Rendering {
     }
 }
 
+/// [`Film::relative_error`] for who watches a render, which need not be of the last batch.
+struct Estimate {
+    value: f64,
+    at: Instant,
+    cost: Duration,
+}
+
+impl Estimate {
+    fn of(film: &Film) -> Self {
+        let begun = Instant::now();
+        let (value, at) = (film.relative_error(), Instant::now());
+        Estimate { value, at, cost: at - begun }
+    }
+
+    /// Whether a new one would take a fiftieth of the time since then, or less.
+    fn is_due(&self) -> bool {
+        self.at.elapsed() >= 50 * self.cost
+    }
+}
+
 /// A render between two batches, or where it was interrupted: all that a checkpoint holds.
 pub struct Checkpointable<'a> {
-    /// What it has come to.
-    pub rendering: &'a mut Rendering,
-    /// What renders it.
-    pub integrator: &'a mut dyn Integrator,
+    rendering: &'a mut Rendering,
+    integrator: &'a mut dyn Integrator,
+}
+
+impl<'a> Checkpointable<'a> {
+    /// What it has come to, and what renders it.
+    pub fn new(rendering: &'a mut Rendering, integrator: &'a mut dyn Integrator) -> Self {
+        Checkpointable { rendering, integrator }
+    }
+
+    /// Both, all batches being in the film. While the render goes on, the device waits for that.
+    pub fn settled(&mut self) -> (&mut Rendering, &mut dyn Integrator) {
+        self.rendering.settle(self.integrator);
+        (self.rendering, self.integrator)
+    }
 }
 
 impl Persistent for Checkpointable<'_> {
     fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
-        self.rendering.persist(state)?;
-        self.integrator.persist(state)
+        let (rendering, integrator) = self.settled();
+        rendering.persist(state)?;
+        integrator.persist(state)
     }
 }
 

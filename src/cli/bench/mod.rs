@@ -4,6 +4,7 @@ mod cases;
 mod clock;
 mod curves;
 mod features;
+mod host;
 mod many;
 mod methods;
 mod peer;
@@ -39,6 +40,7 @@ const EXAMPLES: &str = "Examples:
   abbe bench scenes/compare/nephroid.json --peer mitsuba --time 30s
   abbe bench --scaling --features -o growth.json
   abbe bench --counts triangles_70k scenes/compare/newton.json
+  abbe bench --host
 
 'cornell_box' (a diffuse box of 12 triangles) and 'triangles_70k' (a diffuse ball of 70,000 triangles in that box) are built in.
 camera/s are the rays per second of the camera pass, all its shading included; rays/s those of all passes over the whole time. CPU/s is the
@@ -60,7 +62,9 @@ is; --time stops at the time of all together.
 
 --features and --scaling take their cases in turns and give the median ratio to another case. --features has the camera pass alone, --size
 256x256 unless told otherwise: its first series is the plain box with the code of features that it does not have. --counts takes times from
-a render that does not count; a node is 80 bytes, a primitive 48, before any cache; 'alive' are paths after so many scattering events.";
+a render that does not count; a node is 80 bytes, a primitive 48, before any cache; 'alive' are paths after so many scattering events.
+--host has batches of 16 samples unless told otherwise: 'device' is the time that the host waits, 'host' all that it does, 'unhidden' what of that the
+device waits for: the rest is done while the next batch is traced.";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -101,6 +105,9 @@ pub struct Args {
     /// Count what rays test and how long paths are, and what share of the time each pass takes
     #[arg(long, conflicts_with_all = ["make_references", "features", "scaling"])]
     counts: bool,
+    /// Instead of scenes, measure for a batch how long the host waits for the device, and how long the device for the host
+    #[arg(long, conflicts_with_all = ["scenes", "make_references", "counts"])]
+    host: bool,
     /// Write all rows here as they come, and a picture of error over time beside it as .svg
     #[arg(short, long, value_name = "OUT.json", value_parser = values::json)]
     output: Option<PathBuf>,
@@ -116,7 +123,10 @@ pub fn run(args: &Args) -> Outcome {
     }
     interrupt::heed();
     let mut report = Report::new(args.output.as_deref(), args.json);
-    if args.features || args.scaling {
+    if args.features || args.scaling || args.host {
+        if args.host {
+            host::run(args, &mut report)?;
+        }
         if args.features {
             features::run(args, &mut report)?;
         }
@@ -194,7 +204,8 @@ fn measure(args: &Args, path: &Path, method: Method, peer: Option<PeerKind>, rep
     let (mut clock, mut last, mut failed) = (Clock::start(), 0, None);
     let mut rows = |p: &Progress, film: &Film, spent: Spent| {
         let mse = reference.as_ref().map(|r| r.relative_mse(&scene.film, |pixel, b| film.bin(pixel, b))).transpose()?;
-        report.add(run, Row { progress: *p, spent, relative_mse: mse })?;
+        let progress = Progress { relative_error: film.relative_error(), ..*p };
+        report.add(run, Row { progress, spent, relative_mse: mse })?;
         for (run, peer) in &mut peers {
             let image = peer.catch_up(spent.counted(on_cpu))?;
             let value = |pixel: usize, b: usize| f64::from(image.data[pixel * scene.film.bins.count as usize + b]);
@@ -208,7 +219,7 @@ fn measure(args: &Args, path: &Path, method: Method, peer: Option<PeerKind>, rep
             bar.update(p);
             if p.spp >= 2 * last || p.fraction >= 1.0 {
                 last = p.spp;
-                failed = rows(p, &state.rendering.film, spent).err();
+                failed = rows(p, &state.settled().0.film, spent).err();
             }
             if failed.is_some() || interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })

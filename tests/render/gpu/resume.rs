@@ -32,7 +32,7 @@ fn saved(rendering: &Rendering, integrator: &mut dyn Integrator) -> Vec<u8> {
     (rendering.elapsed, stats.camera_time, stats.light_time, stats.longest_dispatch) = (none, none, none, none);
     let mut bytes = Vec::new();
     let mut state = State::saving(&mut bytes);
-    Checkpointable { rendering: &mut rendering, integrator }.persist(&mut state).unwrap();
+    Checkpointable::new(&mut rendering, integrator).persist(&mut state).unwrap();
     state.finish().unwrap();
     bytes
 }
@@ -40,7 +40,7 @@ fn saved(rendering: &Rendering, integrator: &mut dyn Integrator) -> Vec<u8> {
 fn restored(bytes: &[u8], rendering: &mut Rendering, integrator: &mut GpuIntegrator) -> std::io::Result<()> {
     let mut bytes = bytes;
     let mut state = State::restoring(&mut bytes);
-    Checkpointable { rendering, integrator }.persist(&mut state)?;
+    Checkpointable::new(rendering, integrator).persist(&mut state)?;
     state.finish()
 }
 
@@ -57,7 +57,8 @@ fn a_render_goes_on_from_any_batch_as_if_it_had_never_stopped() {
         let stop = Stop { spp: Some(64), ..Stop::default() };
         let (mut whole, mut integrator, mut states) = (Rendering::new(Film::new(&scene.film)), open(), Vec::new());
         let observe = &mut |_: &_, state: &mut Checkpointable<'_>| {
-            states.push(saved(state.rendering, state.integrator));
+            let (rendering, integrator) = state.settled();
+            states.push(saved(rendering, integrator));
             ControlFlow::Continue(())
         };
         whole.render(&mut integrator, &stop, observe).unwrap();

@@ -1,0 +1,40 @@
+//! The last part of a batch: sums of a tile go into the film, on all cores of the host, while the adapter traces the next tile. Nothing of it can fail, so
+//! that the tile counts as done before.
+
+use super::adaptive::Adaptive;
+use super::tile_sums::TileSums;
+use crate::film::Film;
+
+/// Sums on their way to the film; of one tile, since there is one place for them.
+#[derive(Debug, Default)]
+pub(super) struct Landing {
+    waiting: Option<Waiting>,
+    room: Vec<f32>,
+}
+
+#[derive(Debug)]
+struct Waiting {
+    sums: TileSums,
+    ends_batch: bool,
+}
+
+impl Landing {
+    /// Has a tile wait, which is the last one of its batch or not.
+    pub(super) fn begin(&mut self, sums: TileSums, ends_batch: bool) {
+        self.waiting = Some(Waiting { sums, ends_batch });
+    }
+
+    /// Brings what waits into `film`, and has `adaptive` learn from it. Returns how many sums were cut since they are too large.
+    pub(super) fn land(&mut self, film: &mut Film, adaptive: Option<&mut Adaptive>) -> u64 {
+        let Some(Waiting { sums, ends_batch }) = self.waiting.take() else { return 0 };
+        let (values, by_camera, cut) = sums.all(&mut self.room);
+        film.add_batch(sums.tile, &values, sums.spp);
+        if let Some(adaptive) = adaptive {
+            adaptive.learn(sums.tile, &by_camera, sums.spp, film);
+            if ends_batch {
+                adaptive.settle(sums.spp);
+            }
+        }
+        cut
+    }
+}
