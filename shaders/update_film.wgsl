@@ -11,7 +11,7 @@
 #if MANY_BINS
 @group(0) @binding(12) var<storage, read> wavelength_bins: array<u32>;
 #endif
-@group(0) @binding(14) var samples: Table<vec4f>;
+@group(0) @binding(14) var samples: WrittenTable<vec4f>;
 
 fn sample_at(i: u32) -> vec4f {
     return load_samples(i);

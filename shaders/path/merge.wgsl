@@ -82,7 +82,7 @@ fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function
     }
 }
 #else
-@group(0) @binding(16) var points: Table<vec4f, PointLink, VisiblePoint, PointSheen>;
+@group(0) @binding(16) var points: WrittenTable<vec4f, PointLink, VisiblePoint, PointSheen>;
 @group(0) @binding(17) var<storage, read> heads: array<u32>;
 
 // Adds this vertex, the path's of this number, to all points around it, `weight` times. The path arrives along `d`, as facets have it; normals are on the side

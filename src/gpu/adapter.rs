@@ -80,6 +80,8 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// What it is.
     pub info: AdapterInfo,
+    /// It binds too few storage textures: tables are buffers, those that the host writes packed into one.
+    pub(super) tables_in_buffers: bool,
     pub(super) kernels: Kernels,
     pub(super) meter: Meter,
     /// How it failed, if it did.
@@ -117,6 +119,21 @@ pub fn list_adapters() -> Vec<AdapterInfo> {
 /// Bytes read back at a time: what is on the way is held a second time.
 const READ_BYTES: u64 = 8 << 20;
 
+/// Fewest storage textures of a stage that tables are bound as: what a scene needs.
+const STORAGE_TEXTURES: u32 = 12;
+
+/// What an adapter that has `limits` is asked for: room for large scenes and films, and for tables as textures; in all else no more than core WebGPU has.
+fn limits(limits: &wgpu::Limits) -> wgpu::Limits {
+    wgpu::Limits {
+        max_texture_dimension_2d: limits.max_texture_dimension_2d,
+        max_buffer_size: limits.max_buffer_size,
+        max_storage_buffer_binding_size: limits.max_storage_buffer_binding_size,
+        max_storage_textures_per_shader_stage: limits.max_storage_textures_per_shader_stage,
+        max_compute_workgroups_per_dimension: limits.max_compute_workgroups_per_dimension,
+        ..wgpu::Limits::default().or_worse_values_from(limits)
+    }
+}
+
 impl Gpu {
     /// Opens the adapter of this number in [`list_adapters`], from 1, or the first whose name, driver or kind contains `wanted` (any case), or the best one.
     ///
@@ -124,10 +141,19 @@ impl Gpu {
     /// [`Error::Device`] if there is none, none matches, or it refuses; [`Error::Fault`] if it fails.
     pub fn open(wanted: Option<&str>) -> Result<Self> {
         let faults = Faults::default();
-        faults.guard(|| Self::open_watched(wanted, &faults))
+        faults.guard(|| Self::open_watched(wanted, None, &faults))
     }
 
-    fn open_watched(wanted: Option<&str>, faults: &Faults) -> Result<Self> {
+    /// Likewise; what is bound stays within `most`, as it does on an adapter that has no more.
+    ///
+    /// # Errors
+    /// As [`Gpu::open`].
+    pub fn open_within(wanted: Option<&str>, most: &wgpu::Limits) -> Result<Self> {
+        let faults = Faults::default();
+        faults.guard(|| Self::open_watched(wanted, Some(most), &faults))
+    }
+
+    fn open_watched(wanted: Option<&str>, most: Option<&wgpu::Limits>, faults: &Faults) -> Result<Self> {
         let all = adapters();
         let list = all.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", ");
         if all.is_empty() {
@@ -149,16 +175,27 @@ impl Gpu {
             ));
         };
         let info = AdapterInfo::of(&adapter.get_info());
+        let has = adapter.limits();
+        let limits = limits(&most.map_or(has.clone(), |most| has.or_worse_values_from(most)));
+        let tables_in_buffers = limits.max_storage_textures_per_shader_stage < STORAGE_TEXTURES;
         let request = adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("abbe"),
             required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
-            required_limits: adapter.limits(),
+            required_limits: limits,
             ..Default::default()
         });
         let (device, queue) = pollster::block_on(request)
             .map_err(|e| Error::device(format!("{} refused a device: {e}", info.name), "choose another adapter with --device"))?;
         faults.watch(&device);
-        Ok(Self { device, queue, info, kernels: Kernels::default(), meter: Meter::default(), faults: faults.clone() })
+        Ok(Self {
+            device,
+            queue,
+            info,
+            tables_in_buffers,
+            kernels: Kernels::default(),
+            meter: Meter::default(),
+            faults: faults.clone(),
+        })
     }
 
     /// Largest storage buffer that may be bound, bytes.
@@ -172,6 +209,9 @@ impl Gpu {
     /// # Errors
     /// [`Error::Device`] if it is larger than the adapter's textures.
     pub fn table<T: bytemuck::Pod>(&self, label: &str, data: &[T]) -> Result<Resource> {
+        if self.tables_in_buffers {
+            return self.storage(label, data);
+        }
         let mut bytes = bytemuck::cast_slice::<T, u8>(data).to_vec();
         let texture = self.texture(label, bytes.len().div_ceil(16) as u64)?;
         let (width, size) = (texture.width(), texture.size());
@@ -186,6 +226,9 @@ impl Gpu {
     /// # Errors
     /// [`Error::Device`] if it is larger than the adapter's textures.
     pub fn empty_table(&self, label: &str, texels: u64) -> Result<Resource> {
+        if self.tables_in_buffers {
+            return self.empty_storage(label, 16 * texels);
+        }
         let texture = self.texture(label, texels)?;
         let bytes = u64::from(texture.width()) * u64::from(texture.height()) * 16;
         Ok(Resource::Table(texture.create_view(&Default::default()), bytes))

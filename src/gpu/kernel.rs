@@ -1,11 +1,12 @@
 //! A compute pipeline whose buffers and textures are bound by the names they have in its WGSL.
 
-use super::{Gpu, Resource, Timer, layout, shader};
+use super::{Gpu, Resource, Timer, layout, shader, tables};
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
+use wgpu::naga::{Expression, Literal};
 
 /// WGSL of the kernel of root file `root`; `constants` and `features` are the plan's and the scene's. An error says where in `shaders/`
 /// something is amiss.
@@ -58,6 +59,8 @@ pub struct Kernel {
     pipeline: wgpu::ComputePipeline,
     /// (name, binding) of every resource in use.
     bindings: Vec<(String, u32)>,
+    /// Likewise of tables that are packed into one buffer, in use or not.
+    packed: Vec<(String, u32)>,
 }
 
 impl Kernel {
@@ -66,7 +69,11 @@ impl Kernel {
     /// # Errors
     /// [`Error::Device`] if assembly or compilation fails, which is a defect of Abbe or of the driver.
     pub fn new(gpu: &Gpu, root: &str, constants: &str, features: &BTreeMap<&str, bool>) -> Result<Self> {
-        let source = kernel_source(root, constants, features).map_err(|e| defect(root, &e))?;
+        let mut features = features.clone();
+        if gpu.tables_in_buffers {
+            features.insert(shader::TABLES_IN_BUFFERS, true);
+        }
+        let source = kernel_source(root, constants, &features).map_err(|e| defect(root, &e))?;
         if let Some(kernel) = gpu.kernels.find(root, &source) {
             return Ok(kernel);
         }
@@ -88,6 +95,14 @@ impl Kernel {
         let info = info.map_err(|e| defect(e.emit_to_string(&source)))?;
         let used = module.global_variables.iter().filter(|(handle, _)| !info.get_entry_point(0)[*handle].is_empty());
         let bindings = used.filter_map(|(_, v)| Some((v.name.clone()?, v.binding.as_ref()?.binding))).collect();
+        let packed = module.constants.iter().filter_map(|(_, c)| {
+            let name = c.name.as_deref()?.strip_prefix(tables::PACKED)?;
+            match module.global_expressions[c.init] {
+                Expression::Literal(Literal::U32(binding)) => Some((name.to_string(), binding)),
+                _ => None,
+            }
+        });
+        let packed = packed.collect();
         use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
         let scopes = [Internal, OutOfMemory, Validation].map(|filter| gpu.device.push_error_scope(filter));
         let descriptor = wgpu::ShaderModuleDescriptor { label: Some(name), source: wgpu::ShaderSource::Wgsl(source.into()) };
@@ -116,7 +131,7 @@ impl Kernel {
         if let Some(e) = errors.first() {
             return Err(defect(e.to_string()));
         }
-        Ok(Self { pipeline, bindings })
+        Ok(Self { pipeline, bindings, packed })
     }
 
     /// Binds resources by name; those that this kernel does not have are passed over.
@@ -125,6 +140,9 @@ impl Kernel {
     /// [`Error::Device`] if one that the kernel has is missing.
     pub fn bind(&self, gpu: &Gpu, resources: &[(&str, &Resource)]) -> Result<wgpu::BindGroup> {
         let mut entries = Vec::new();
+        let packed = self.pack(gpu, resources)?;
+        let packed = packed.iter().flat_map(|[tables, first]| [("packed_tables", tables), ("first_texels", first)]);
+        let resources: Vec<(&str, &Resource)> = resources.iter().copied().chain(packed).collect();
         for (name, binding) in &self.bindings {
             let Some((_, resource)) = resources.iter().find(|(n, _)| n == name) else {
                 return Err(Error::device(
@@ -136,6 +154,32 @@ impl Kernel {
         }
         let layout = self.pipeline.get_bind_group_layout(0);
         Ok(gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries }))
+    }
+
+    /// Copies of the tables given that are to be in one buffer, and where each begins in it; `None` where tables are textures.
+    fn pack(&self, gpu: &Gpu, resources: &[(&str, &Resource)]) -> Result<Option<[Resource; 2]>> {
+        let buffer = |name: &str| match resources.iter().find(|(n, _)| *n == name) {
+            Some((_, Resource::Buffer(buffer))) => Some(buffer),
+            _ => None,
+        };
+        let tables: Vec<_> = self.packed.iter().filter_map(|(name, binding)| Some((*binding, buffer(name)?))).collect();
+        if tables.is_empty() {
+            return Ok(None);
+        }
+        let all = gpu.empty_storage("tables together", tables.iter().map(|(_, table)| table.size()).sum())?;
+        let first = gpu.uniform("where tables begin", 4 * u64::from(tables::PACKED_TABLES));
+        let (mut bytes, mut texels) = (0, [0u32; tables::PACKED_TABLES as usize]);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        for (binding, table) in tables {
+            if let Resource::Buffer(all) = &all {
+                encoder.copy_buffer_to_buffer(table, 0, all, bytes, table.size());
+            }
+            texels[binding as usize] = (bytes / 16) as u32;
+            bytes += table.size();
+        }
+        gpu.write(&first, &texels);
+        gpu.queue.submit([encoder.finish()]);
+        Ok(Some([all, first]))
     }
 
     /// Appends a dispatch of `groups` workgroups.

@@ -34,7 +34,7 @@ macro_rules! shared_records {
             $("    ", stringify!($field), ": ", wgsl_type!($kind), ",\n",)* "}\n",)*);
 
         /// Name and WGSL type of every field of every record.
-        const FIELDS: &[(&str, &[(&str, &str)])] =
+        pub(super) const FIELDS: &[(&str, &[(&str, &str)])] =
             &[$((stringify!($name), &[$((stringify!($field), wgsl_type!($kind)),)*]),)*];
 
         /// Name, size and (field, offset) list of every record, as Rust lays them out.
@@ -558,71 +558,4 @@ pub fn wgsl_prelude() -> String {
     let sizes = record_layouts().into_iter().map(|(name, size, _)| format!("const TEXELS_OF_{name} = {}u;\n", size / 16));
     let texel = format!("fn texel(i: u32) -> vec2u {{\n    return vec2u(i % {TABLE_WIDTH}u, i / {TABLE_WIDTH}u);\n}}\n");
     [WGSL_CONSTANTS, WGSL_RECORDS, &sizes.collect::<String>(), &texel].concat()
-}
-
-/// WGSL of a table `name`, which `kinds` are in (records, or `vec4f` or `vec4u` for single texels): what follows `: ` in its declaration, and its
-/// accessors. They name the table itself: naga's Metal writer knows no storage textures as parameters of functions. A texel `i` is read by
-/// `load_NAME(i)`, record `i` of a table of such by `load_RECORD(i)`, one whose first texel is `i` by `load_RECORD_at(i)`; `store_...` writes likewise.
-///
-/// # Errors
-/// Names what is neither.
-pub fn wgsl_table(name: &str, kinds: &str, writable: bool) -> Result<String, String> {
-    let access = if writable { "write" } else { "read" };
-    let mut out = format!("texture_storage_2d<rgba32uint, {access}>;\n");
-    for kind in kinds.split(',').map(str::trim) {
-        out += &match (kind, writable) {
-            ("vec4u", false) => format!("fn load_{name}(i: u32) -> vec4u {{\n    return textureLoad({name}, texel(i));\n}}\n"),
-            ("vec4f", false) => {
-                format!("fn load_{name}(i: u32) -> vec4f {{\n    return bitcast<vec4f>(textureLoad({name}, texel(i)));\n}}\n")
-            }
-            ("vec4u", true) => format!("fn store_{name}(i: u32, v: vec4u) {{\n    textureStore({name}, texel(i), v);\n}}\n"),
-            ("vec4f", true) => {
-                format!("fn store_{name}(i: u32, v: vec4f) {{\n    textureStore({name}, texel(i), bitcast<vec4u>(v));\n}}\n")
-            }
-            (record, _) => wgsl_accessors(name, record, writable)?,
-        };
-    }
-    Ok(out)
-}
-
-/// WGSL that reads or writes records of one kind in a table.
-fn wgsl_accessors(table: &str, record: &str, writable: bool) -> Result<String, String> {
-    let unknown = || format!("the table {table} has neither texels nor a record of the kind {record}");
-    let layouts = record_layouts();
-    let (fields, (_, size, offsets)) =
-        FIELDS.iter().zip(&layouts).find(|((name, _), _)| *name == record).map(|((_, f), l)| (f, l)).ok_or_else(unknown)?;
-    let texels = size / 16;
-    let mut parts: Vec<Vec<(&str, &str)>> = vec![Vec::new(); texels];
-    fields.iter().zip(offsets).for_each(|((field, kind), (_, offset))| parts[offset / 16].push((field, kind)));
-    let mut out = String::new();
-    if writable {
-        out += &format!("fn store_{record}_at(i: u32, r: {record}) {{\n");
-        for (n, part) in parts.iter().enumerate() {
-            let words: Vec<String> = part
-                .iter()
-                .map(|(field, kind)| match *kind {
-                    "vec4u" | "u32" => format!("r.{field}"),
-                    "vec4f" => format!("bitcast<vec4u>(r.{field})"),
-                    _ => format!("bitcast<u32>(r.{field})"),
-                })
-                .collect();
-            out += &format!("    textureStore({table}, texel(i + {n}u), vec4u({}));\n", words.join(", "));
-        }
-        return Ok(out + "}\n");
-    }
-    out += &format!("fn load_{record}_at(i: u32) -> {record} {{\n    var r: {record};\n");
-    for (n, part) in parts.iter().enumerate() {
-        out += &format!("    let t{n} = textureLoad({table}, texel(i + {n}u));\n");
-        for ((field, kind), component) in part.iter().zip(["x", "y", "z", "w"]) {
-            out += &match *kind {
-                "u32" => format!("    r.{field} = t{n}.{component};\n"),
-                "f32" => format!("    r.{field} = bitcast<f32>(t{n}.{component});\n"),
-                "vec4f" => format!("    r.{field} = bitcast<vec4f>(t{n});\n"),
-                _ => format!("    r.{field} = t{n};\n"),
-            };
-        }
-    }
-    out +=
-        &format!("    return r;\n}}\nfn load_{record}(i: u32) -> {record} {{\n    return load_{record}_at({texels}u * i);\n}}\n");
-    Ok(out)
 }

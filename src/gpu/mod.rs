@@ -8,6 +8,7 @@ pub mod layout;
 mod read_back;
 pub mod scene;
 pub mod shader;
+mod tables;
 mod timer;
 
 pub use adapter::{AdapterInfo, Gpu, Resource, list_adapters};

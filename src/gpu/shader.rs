@@ -1,17 +1,23 @@
 //! Assembles a kernel's WGSL from `shaders/`: `#include "path"` (each file once), `#if A || B`, `#if !A`, `#elif`, `#else`, `#endif` over
 //! features that the plan switches. An unknown name is an error, so that a typo cannot switch a feature off. Tables are declared as
-//! `@group(0) @binding(N) var NAME: Table<KIND>;` (or `WritableTable`), see [`layout::wgsl_table`].
+//! `@group(0) @binding(N) var NAME: Table<KIND>;` (or `WritableTable`, `WrittenTable`), see `tables.rs`.
 
-use super::layout;
+use super::tables::{self, Writer};
 use include_dir::{Dir, include_dir};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
 
 static SHADERS: Dir = include_dir!("$CARGO_MANIFEST_DIR/shaders");
 
+/// The feature of kernels whose tables are buffers; the adapter asks for it, no file of `shaders/` does.
+pub const TABLES_IN_BUFFERS: &str = "TABLES_IN_BUFFERS";
+
 /// Text of the kernel whose root file is `root`, with `features` decided and `prelude` in front.
 pub fn assemble(root: &str, prelude: &str, features: &BTreeMap<&str, bool>) -> Result<String, String> {
     let mut out = String::from(prelude);
+    if features.get(TABLES_IN_BUFFERS) == Some(&true) {
+        out += tables::WGSL_PACKED_TABLES;
+    }
     include(root, features, &mut HashSet::new(), &mut out)?;
     Ok(out)
 }
@@ -58,7 +64,8 @@ fn include(path: &str, features: &BTreeMap<&str, bool>, seen: &mut HashSet<Strin
         } else if directive.starts_with('#') {
             return Err(at("unknown directive"));
         } else if active {
-            out.push_str(&declaration(line).map_err(|e| at(&e))?);
+            let in_buffers = features.get(TABLES_IN_BUFFERS) == Some(&true);
+            out.push_str(&declaration(line, in_buffers).map_err(|e| at(&e))?);
             out.push('\n');
         }
     }
@@ -66,14 +73,18 @@ fn include(path: &str, features: &BTreeMap<&str, bool>, seen: &mut HashSet<Strin
 }
 
 /// A line of WGSL, of a table its declaration and accessors.
-pub fn declaration(line: &str) -> Result<Cow<'_, str>, String> {
+///
+/// # Errors
+/// Names what is no record, and a binding that is none.
+pub fn declaration(line: &str, in_buffers: bool) -> Result<Cow<'_, str>, String> {
     let parts = line.split_once(" var ").and_then(|(binding, rest)| Some((binding, rest.split_once(": ")?)));
     let Some((binding, (name, kind))) = parts else { return Ok(line.into()) };
-    let writable = kind.starts_with("WritableTable<");
-    match kind.trim_start_matches("Writable").strip_prefix("Table<").and_then(|kinds| kinds.split_once(">;")) {
-        Some((kinds, _)) => Ok(format!("{binding} var {name}: {}", layout::wgsl_table(name, kinds, writable)?).into()),
-        None => Ok(line.into()),
-    }
+    let writers = [("Table<", Writer::Host), ("WritableTable<", Writer::Kernel), ("WrittenTable<", Writer::Other)];
+    let table = writers.iter().find_map(|(what, writer)| Some((kind.strip_prefix(what)?.split_once(">;")?.0, *writer)));
+    let Some((kinds, writer)) = table else { return Ok(line.into()) };
+    let number = binding.rsplit_once('(').and_then(|(_, number)| number.trim_end_matches(')').parse().ok());
+    let number = number.ok_or_else(|| format!("the table {name} has no binding"))?;
+    Ok(tables::wgsl_table(name, number, kinds, writer, in_buffers)?.into())
 }
 
 fn evaluate(condition: &str, features: &BTreeMap<&str, bool>) -> Result<bool, String> {

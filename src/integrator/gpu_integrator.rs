@@ -440,8 +440,8 @@ impl GpuIntegrator {
         let sums = TileSums { tile, spp: passes.count, channels, film, earlier, splats, quantum };
         let light_paths = self.light_paths(passes);
         if let Some((guide, report)) = self.learned.guide.as_mut().zip(report) {
-            guide.learn(cast_slice(&report), light_paths);
-            guide.see((self.params.image_width, self.params.image_height), tile, &sums.radiance(), passes.count);
+            let (radiance, ()) = rayon::join(|| sums.radiance(), || guide.learn(cast_slice(&report), light_paths));
+            guide.see((self.params.image_width, self.params.image_height), tile, &radiance, passes.count);
         }
         Ok(sums)
     }

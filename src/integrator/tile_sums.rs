@@ -6,6 +6,7 @@ use crate::gpu::layout::XYZ_RATIO;
 use bytemuck::cast_slice;
 use rayon::prelude::*;
 use std::borrow::Cow;
+use std::ops::Range;
 
 /// Pixels that a core takes at a time.
 const PIXELS: usize = 1024;
@@ -36,22 +37,27 @@ impl TileSums {
     fn pixel(&self, pixel: usize, sums: &mut [f32]) -> (ByCamera, u64) {
         let (channels, bins) = (self.channels, self.channels - 3);
         let at = pixel * channels..(pixel + 1) * channels;
-        sums.copy_from_slice(&cast_slice(&self.film)[at.clone()]);
-        if !self.earlier.is_empty() {
-            sums.iter_mut().zip(&self.earlier[at.clone()]).for_each(|(sum, earlier)| *sum = (earlier + f64::from(*sum)) as f32);
-        }
+        self.by_camera(at.clone(), sums);
         let by_camera = [sums[..bins].iter().sum(), sums[bins + 1]];
         let mut cut = 0;
-        if let Some(splats) = &self.splats {
-            let quanta: &[[u32; 2]] = &cast_slice(splats)[at];
-            for (i, (sum, [low, high])) in sums.iter_mut().zip(quanta).enumerate() {
-                let quanta = (u64::from(*high) << 32 | u64::from(*low)) as f64;
-                let unit = if i < bins { self.quantum } else { self.quantum * f64::from(XYZ_RATIO) };
-                cut += u64::from(f64::from(*sum) + quanta * unit > f64::from(f32::MAX));
-                *sum += (quanta * unit).min(f64::from(f32::MAX - *sum)) as f32;
-            }
+        for (i, (sum, quanta)) in sums.iter_mut().zip(self.quanta(at)).enumerate() {
+            let unit = if i < bins { self.quantum } else { self.quantum * f64::from(XYZ_RATIO) };
+            cut += with_splats(sum, *quanta, unit);
         }
         (by_camera, cut)
+    }
+
+    /// Sums by camera paths alone: those of `at` among all.
+    fn by_camera(&self, at: Range<usize>, sums: &mut [f32]) {
+        sums.copy_from_slice(&cast_slice(&self.film)[at.clone()]);
+        if !self.earlier.is_empty() {
+            sums.iter_mut().zip(&self.earlier[at]).for_each(|(sum, earlier)| *sum = (earlier + f64::from(*sum)) as f32);
+        }
+    }
+
+    /// And by light paths; none where there are none.
+    fn quanta(&self, at: Range<usize>) -> &[[u32; 2]] {
+        self.splats.as_ref().map_or(&[], |splats| &cast_slice(splats)[at])
     }
 
     fn pixels(&self) -> usize {
@@ -82,14 +88,34 @@ impl TileSums {
 
     /// Radiance (sum over the bins) of each pixel.
     pub(super) fn radiance(&self) -> Vec<f64> {
+        let (channels, bins) = (self.channels, self.channels - 3);
         let mut radiance = vec![0.0; self.pixels()];
         radiance.par_chunks_mut(PIXELS).enumerate().for_each(|(chunk, radiance)| {
-            let mut sums = vec![0.0; self.channels];
-            for (i, of) in radiance.iter_mut().enumerate() {
-                self.pixel(chunk * PIXELS + i, &mut sums);
-                *of = sums[..self.channels - 3].iter().map(|&s| f64::from(s)).sum();
+            let first = chunk * PIXELS * channels;
+            let at = first..first + radiance.len() * channels;
+            let mut sums = vec![0.0; at.len()];
+            self.by_camera(at.clone(), &mut sums);
+            for (sums, quanta) in sums.chunks_exact_mut(channels).zip(self.quanta(at).chunks_exact(channels)) {
+                sums[..bins].iter_mut().zip(quanta).for_each(|(sum, quanta)| {
+                    with_splats(sum, *quanta, self.quantum);
+                });
+            }
+            for (of, sums) in radiance.iter_mut().zip(sums.chunks_exact(channels)) {
+                *of = sums[..bins].iter().map(|&s| f64::from(s)).sum();
             }
         });
         radiance
     }
+}
+
+/// Adds splats, each worth `unit`, to a sum; returns 1 if it is cut, since it is too large.
+fn with_splats(sum: &mut f32, [low, high]: [u32; 2], unit: f64) -> u64 {
+    // Most light paths meet few pixels.
+    if low == 0 && high == 0 {
+        return 0;
+    }
+    let quanta = (u64::from(high) << 32 | u64::from(low)) as f64;
+    let is_cut = f64::from(*sum) + quanta * unit > f64::from(f32::MAX);
+    *sum += (quanta * unit).min(f64::from(f32::MAX - *sum)) as f32;
+    u64::from(is_cut)
 }

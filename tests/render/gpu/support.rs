@@ -76,7 +76,7 @@ pub fn prelude() -> String {
 
 /// WGSL whose tables are declared as in `shaders/`.
 pub fn with_tables(source: &str) -> String {
-    source.lines().map(|line| shader::declaration(line).unwrap() + "\n").collect()
+    source.lines().map(|line| shader::declaration(line, false).unwrap() + "\n").collect()
 }
 
 /// Text of one file of `shaders/`, with what it includes.
