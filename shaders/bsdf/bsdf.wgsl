@@ -100,6 +100,26 @@ fn is_specular(m: Material) -> bool {
         || (m.kind == MATERIAL_KIND_COATED && m.alpha == 0.0);
 }
 
+#if TINT
+fn is_glass(kind: u32) -> bool {
+    return kind == MATERIAL_KIND_SMOOTH_DIELECTRIC || kind == MATERIAL_KIND_ROUGH_DIELECTRIC || kind == MATERIAL_KIND_THIN_DIELECTRIC
+        || kind == MATERIAL_KIND_ROUGH_THIN_DIELECTRIC || kind == MATERIAL_KIND_BRUSHED_THIN_DIELECTRIC;
+}
+
+// The factor on what a surface lets through.
+fn tint_of(b: ptr<function, Bsdf>, k: u32) -> vec4f {
+    if (!is_glass((*b).m.kind) || (*b).m.b == NONE) {
+        return vec4f(1.0);
+    }
+#if TEXTURES
+    if ((*b).m.texture != NONE) {
+        return (*b).color[k];
+    }
+#endif
+    return spectrum((*b).m.b, k);
+}
+#endif
+
 // True for what camera paths are merged at (mis.wgsl).
 fn is_merging(kind: u32) -> bool {
     return kind == MATERIAL_KIND_DIFFUSE || kind == MATERIAL_KIND_MEDIUM;
@@ -133,6 +153,11 @@ fn eval_bsdf(b: ptr<function, Bsdf>, wo: vec3f, wi: vec3f, f: ptr<function, Spec
 #if ROUGH_DIELECTRIC
         case MATERIAL_KIND_ROUGH_DIELECTRIC: {
             return eval_rough_dielectric(b, wo, wi, f);
+        }
+#endif
+#if ROUGH_THIN_DIELECTRIC
+        case MATERIAL_KIND_ROUGH_THIN_DIELECTRIC, MATERIAL_KIND_BRUSHED_THIN_DIELECTRIC: {
+            return eval_rough_thin_dielectric(b, wo, wi, f);
         }
 #endif
 #if ROUGH_COAT
@@ -171,7 +196,7 @@ fn sample_bsdf(b: ptr<function, Bsdf>, d: vec3f, frame: mat3x3f, wo: vec3f) -> B
 #endif
 #if ROUGH_CONDUCTOR
         case MATERIAL_KIND_ROUGH_CONDUCTOR, MATERIAL_KIND_BRUSHED_CONDUCTOR: {
-            wi = sample_rough_conductor((*b).m, wo, next_1d(), event_direction);
+            wi = sample_mirror((*b).m, wo, next_1d(), event_direction);
         }
 #endif
 #if SMOOTH_DIELECTRIC
@@ -184,7 +209,12 @@ fn sample_bsdf(b: ptr<function, Bsdf>, d: vec3f, frame: mat3x3f, wo: vec3f) -> B
             wi = sample_rough_dielectric(b, wo);
         }
 #endif
-#if THIN_DIELECTRIC
+#if ROUGH_THIN_DIELECTRIC
+        case MATERIAL_KIND_ROUGH_THIN_DIELECTRIC, MATERIAL_KIND_BRUSHED_THIN_DIELECTRIC: {
+            wi = sample_rough_thin_dielectric(b, wo);
+        }
+#endif
+#if SMOOTH_THIN_DIELECTRIC
         case MATERIAL_KIND_THIN_DIELECTRIC: {
             return sample_thin_dielectric(b, d, frame[2]);
         }
@@ -204,6 +234,9 @@ fn sample_bsdf(b: ptr<function, Bsdf>, d: vec3f, frame: mat3x3f, wo: vec3f) -> B
         default: {
 #if DIFFUSE || SHEEN
             wi = sample_cosine(event_direction);
+#endif
+#if DIFFUSE_TRANSMISSION
+            wi.z *= side_of_diffuse((*b).m);
 #endif
         }
     }

@@ -73,7 +73,9 @@ fn are_alike(a: u32, b: u32) -> bool {
 // True for a surface that light passes straight through without entering a volume.
 fn is_sheet(primitive: u32) -> bool {
     let m = load_Material(material_of(primitive));
-    return m.kind == MATERIAL_KIND_THIN_DIELECTRIC || (m.kind == MATERIAL_KIND_BOUNDARY && m.interior == NONE);
+    return m.kind == MATERIAL_KIND_THIN_DIELECTRIC || m.kind == MATERIAL_KIND_ROUGH_THIN_DIELECTRIC
+        || m.kind == MATERIAL_KIND_BRUSHED_THIN_DIELECTRIC || m.kind == MATERIAL_KIND_DIFFUSE_TRANSMISSION
+        || (m.kind == MATERIAL_KIND_BOUNDARY && m.interior == NONE);
 }
 
 // Finds what lies beside the ray that leaves `hit`, at which `ray` arrives. Only a surface that lies in the one met remains its contact. Of neighbours in

@@ -1,6 +1,6 @@
-// Where the grain of brushed metal points (the model: src/scene/grain.rs).
+// Where the grain of what is brushed points (the model: src/scene/grain.rs).
 #include "geometry/surface.wgsl"
-#include "bsdf/conductor.wgsl"
+#include "bsdf/mirror.wgsl"
 
 // The tangent of the mesh at `s`, as its vertices have it; 0 where there is none. w: 1, or -1 where texture coordinates are mirrored.
 fn tangent_at(s: Surface) -> vec4f {
@@ -47,7 +47,7 @@ fn frame_along_grain(m: Material, s: Surface, ns: vec3f) -> mat3x3f {
     let across = tangent.xyz - dot(s.ns, tangent.xyz) * s.ns;
     let size = dot(across, across);
     let along = select(level_frame(s.ns)[0], across * inverseSqrt(max(size, 1e-37)), size > 0.0);
-    let at = conductor_mean(m) + 2u;
+    let at = mirror_mean(m) + 2u;
     let x = tables[at] * along + (tables[at + 1u] * tangent.w) * cross(s.ns, along);
     return mat3x3f(x, cross(ns, x), ns);
 }

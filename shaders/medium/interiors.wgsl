@@ -147,7 +147,7 @@ fn cross_surface(volumes: Volumes, ray: Ray, s: Surface, interior: u32, hit: Hit
 }
 
 // Whether light of every kind goes straight on through a surface of material `m`: there is nothing, the same volume rules on both sides, or volumes of equal
-// index do (whose rows of the spectral table are one) and no film lies between.
+// index do (whose rows of the spectral table are one) and no film lies between, nor does smooth glass tint what gets through.
 fn is_invisible(m: Material, sides: Sides) -> bool {
     let here = ruling_interior(sides.here);
     let beyond = ruling_interior(sides.beyond);
@@ -156,6 +156,9 @@ fn is_invisible(m: Material, sides: Sides) -> bool {
     var is_bare = true;
 #if THIN_FILM
     is_bare = m.kind != MATERIAL_KIND_SMOOTH_DIELECTRIC || m.c == 0u;
+#endif
+#if TINT
+    is_bare = is_bare && (m.kind != MATERIAL_KIND_SMOOTH_DIELECTRIC || m.b == NONE);
 #endif
     invisible = invisible || (is_bare && load_Interior(here).eta_row == load_Interior(beyond).eta_row);
 #endif

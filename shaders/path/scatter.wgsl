@@ -118,7 +118,7 @@ fn leaving_factor(at: ptr<function, Interaction>, d: vec3f, w: vec3f, mu: f32) -
 #endif
 #endif
 #if SHEEN
-    factor *= out_of_sheen((*at).bsdf.sheen, (*at).bsdf.sheen_entered, mu);
+    factor *= out_of_sheen((*at).bsdf.sheen, (*at).bsdf.sheen_entered, abs(mu));
 #endif
     return factor;
 }
@@ -253,6 +253,9 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
             let w = mis_weight_connection(light, vertex_towards(at, light.wi, wl.z, densities)) * leaving_factor(at, d, light.wi, wl.z);
             for (var k = 0u; k < WAVELENGTHS4; k++) {
                 Ld[k] = w * beta[k] * f[k] * light_spectrum(light, k);
+#if TINT
+                Ld[k] *= select(vec4f(1.0), tint_of(&b, k), wl.z < 0.0);
+#endif
             }
 #if INTERIORS
             shadow_starts_in(volumes_towards(at, wl.z), light);
@@ -290,7 +293,7 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
 #endif
 #endif
     }
-#if THIN_DIELECTRIC
+#if SMOOTH_THIN_DIELECTRIC
     if (b.m.kind == MATERIAL_KIND_THIN_DIELECTRIC) {
         // What goes through a pane goes straight on, past the facets; so light that the mirror threw on them has not come through.
         let through = sampled.wi.z < 0.0;
@@ -309,6 +312,13 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
         pdf = densities.pdf_fwd;
         leave_vertex(vertex_towards(at, out, sampled.wi.z, densities));
     }
+#if TINT
+    if (sampled.wi.z < 0.0) {
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
+            beta[k] *= tint_of(&b, k);
+        }
+    }
+#endif
     scale_beta(leaving_factor(at, d, out, sampled.wi.z));
 #if INTERIORS
     inside = volumes_towards(at, sampled.wi.z);

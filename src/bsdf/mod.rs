@@ -13,6 +13,7 @@ pub mod energy;
 pub mod facet;
 pub mod fresnel;
 pub mod ggx;
+pub mod pane;
 pub mod phase;
 pub mod sheen;
 pub mod thin_film;

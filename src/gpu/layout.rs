@@ -75,11 +75,12 @@ shared_constants! {
     /// Kinds of materials. `c` of dielectrics, panes and conductors: rows of the index of a film on them and, from bit 16 on, of its thickness in
     /// wavelengths, or 0. `a`: reflectance row.
     MATERIAL_KIND_DIFFUSE = 0;
-    /// Needs its interior only.
+    /// Needs its interior only; `b`, `texture`, here and of all glass: what tints what gets through, `b` being NO_INDEX for clear glass.
     MATERIAL_KIND_SMOOTH_DIELECTRIC = 1;
     /// Needs its interior, `alpha` and `table`.
     MATERIAL_KIND_ROUGH_DIELECTRIC = 2;
-    /// `a`: row of the index.
+    /// `a`: row of the index, which is that of the film on it where the pane itself is one; `c`, here and of the next two: film, or below 2^16 the row of
+    /// the optical depth.
     MATERIAL_KIND_THIN_DIELECTRIC = 3;
     /// `a`, `b`: rows of eta and k; or `a`, `texture`: the reflectance at normal incidence, and `b`: NO_INDEX.
     MATERIAL_KIND_SMOOTH_CONDUCTOR = 4;
@@ -101,6 +102,12 @@ shared_constants! {
     MATERIAL_KIND_SHEEN = 12;
     /// No surface but a medium, whose phase function `alpha` is the asymmetry of; `a`: row of its scattering coefficient.
     MATERIAL_KIND_MEDIUM = 13;
+    /// As a thin dielectric, and `alpha`, `table` as of a rough conductor.
+    MATERIAL_KIND_ROUGH_THIN_DIELECTRIC = 14;
+    /// Likewise, and as of a brushed conductor.
+    MATERIAL_KIND_BRUSHED_THIN_DIELECTRIC = 15;
+    /// `a`, `texture`: transmittance.
+    MATERIAL_KIND_DIFFUSE_TRANSMISSION = 16;
     /// Kinds of lights. `p0`, `p1`, `p2`: vertices; `p0.w`: the picture that it shows, or NO_INDEX; `p1.w`, here and of the next three: how far off its
     /// surface light starts, m, or 0 where no other surface lies in it.
     LIGHT_KIND_TRIANGLE = 0;
@@ -441,7 +448,7 @@ shared_records! {
         table: u32,
         /// GGX width.
         alpha: f32,
-        /// The picture that stands for the reflectance or share in row `a` (or of normals), or NO_INDEX.
+        /// The picture that stands for the reflectance or share in row `a` (of glass the tint in `b`; or of normals), or NO_INDEX.
         texture: u32,
     }
 

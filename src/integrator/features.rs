@@ -64,8 +64,12 @@ features! {
         Geometry::Instance(instance) => has_normals(instance.mesh()),
         _ => false,
     });
+    /// Lambertian surfaces that let light through.
+    DiffuseTransmission "DIFFUSE_TRANSMISSION" in Materials as "diffuse transmission"
+        if |n| n.material(|m| matches!(m, Material::DiffuseTransmission { .. }));
     /// Lambertian surfaces.
-    Diffuse "DIFFUSE" in Materials as "diffuse" if |n| n.material(|m| matches!(m, Material::Diffuse { .. }));
+    Diffuse "DIFFUSE" in Materials as "diffuse"
+        if |n| n.has(Feature::DiffuseTransmission) || n.material(|m| matches!(m, Material::Diffuse { .. }));
     /// Polished faces of solid glass.
     SmoothDielectric "SMOOTH_DIELECTRIC" in Materials as "smooth glass"
         if |n| n.material(|m| matches!(m, Material::Dielectric { alpha, .. } if *alpha == 0.0));
@@ -74,8 +78,18 @@ features! {
         if |n| n.material(|m| matches!(m, Material::Dielectric { alpha, .. } if *alpha > 0.0));
     /// Any face of solid glass.
     Dielectric "DIELECTRIC" if |n| n.has(Feature::SmoothDielectric) || n.has(Feature::RoughDielectric);
-    /// Panes seen as one surface.
+    /// Panes seen as one surface, and clear.
+    SmoothThinDielectric "SMOOTH_THIN_DIELECTRIC"
+        if |n| n.material(|m| matches!(m, Material::ThinDielectric { alpha, .. } if *alpha == 0.0));
+    /// Panes that blur what is behind them.
+    RoughThinDielectric "ROUGH_THIN_DIELECTRIC" in Materials as "rough thin panes"
+        if |n| n.material(|m| matches!(m, Material::ThinDielectric { alpha, .. } if *alpha > 0.0));
+    /// Any panes seen as one surface.
     ThinDielectric "THIN_DIELECTRIC" in Materials as "thin panes" if |n| n.material(|m| matches!(m, Material::ThinDielectric { .. }));
+    /// Panes of glass that absorbs.
+    AbsorbingPanes "ABSORBING_PANES" if |n| n.material(|m| matches!(m, Material::ThinDielectric { depth, .. } if !depth.is_zero()));
+    /// Glass that tints what gets through.
+    Tint "TINT" in Materials as "tinted glass" if |n| n.material(|m| m.tint().is_some());
     /// Mirrors of metal.
     SmoothConductor "SMOOTH_CONDUCTOR" in Materials as "mirrors" if |n| {
         n.material(|m| matches!(m, Material::Conductor { alpha, .. } | Material::ColoredConductor { alpha, .. } if *alpha == 0.0))
@@ -88,7 +102,9 @@ features! {
     Conductor "CONDUCTOR" if |n| n.has(Feature::SmoothConductor) || n.has(Feature::RoughConductor);
     /// Metal of which only the reflectance at normal incidence is known.
     ColoredConductor "COLORED_CONDUCTOR" if |n| n.material(|m| matches!(m, Material::ColoredConductor { .. }));
-    /// Metal whose roughness has a direction.
+    /// Facets that are mirrors: of rough metal and rough panes.
+    RoughMirror "ROUGH_MIRROR" if |n| n.has(Feature::RoughConductor) || n.has(Feature::RoughThinDielectric);
+    /// Metal or panes whose roughness has a direction.
     Grain "GRAIN" in Materials as "brushed metal" if |n| n.used.iter().any(|m| n.scene.grains.contains_key(m));
     /// Clear coats that are polished.
     SmoothCoat "SMOOTH_COAT" if |n| n.material(|m| matches!(m, Material::Coated { alpha, .. } if *alpha == 0.0));
@@ -356,11 +372,12 @@ impl<'a> Needs<'a> {
 }
 
 /// What scatters light into directions that a connection can take.
-pub(super) const SCATTERING: [Feature; 6] = [
+pub(super) const SCATTERING: [Feature; 7] = [
     Feature::Diffuse,
     Feature::Scattering,
     Feature::RoughDielectric,
     Feature::RoughConductor,
+    Feature::RoughThinDielectric,
     Feature::RoughCoat,
     Feature::Sheen,
 ];

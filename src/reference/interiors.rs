@@ -53,10 +53,16 @@ pub(super) fn cross<'a>(scene: &Scene, inside: &[usize], dir: DVec3, met: &[(&'a
     };
     let is_matched = scene.interiors[near].ior == scene.interiors[far].ior;
     let interface = met.iter().find_map(|&(hit, material)| match scene.materials[material].interface() {
-        Some((interior, alpha)) if interior == owner && (!is_matched || scene.thin_films.contains_key(&material)) => {
+        Some((interior, alpha)) if interior == owner && (!is_matched || is_seen_between_equals(scene, material)) => {
             Some(Crossing::Interface { hit, near, far, alpha })
         }
         _ => None,
     });
     (beyond, interface.unwrap_or(Crossing::Straight))
+}
+
+/// Whether glass of this material is there even between equal indices: for its film, or its tint, which is seen of smooth glass only.
+fn is_seen_between_equals(scene: &Scene, material: usize) -> bool {
+    let (glass, film) = (&scene.materials[material], scene.thin_films.contains_key(&material));
+    film || (glass.alpha() == Some(0.0) && glass.tint().is_some())
 }

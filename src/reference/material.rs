@@ -6,11 +6,13 @@ use super::rng::Rng;
 use super::surface::{Bsdf, Over};
 use super::walk::{Path, WavelengthSample};
 use crate::bsdf::coat::Coat;
-use crate::bsdf::fresnel::{self, Metal};
+use crate::bsdf::conductor::RoughConductor;
+use crate::bsdf::fresnel::Metal;
+use crate::bsdf::pane::{Pane, PaneFilm};
 use crate::bsdf::sheen::Sheen;
 use crate::geometry::world::Hit;
 use crate::scene::roughness::level_at;
-use crate::scene::{Geometry, Grain, Material, Scene, ThinFilm, direction_of_grain};
+use crate::scene::{Geometry, Grain, Material, Scene, Texture, ThinFilm, direction_of_grain};
 use crate::spectrum::{Ior, Spectrum};
 use glam::{DVec2, DVec3, DVec4};
 use std::collections::BTreeMap;
@@ -43,12 +45,16 @@ impl Stage {
         for &Met { hit, material, coat, sheen, film, grain, .. } in &met {
             let bsdf = match material {
                 Material::Diffuse { reflectance } => Bsdf::Diffuse(values(&|nm| reflectance.eval(nm, hit.uv))),
-                Material::ThinDielectric { ior } if !is_in_boundary => {
-                    let stacks = film.map_or(vec![], |film| {
-                        let around = |(l, &n): (&WavelengthSample, &f64)| film.between(n, (n, 0.0), l.nm);
-                        path.wavelengths.iter().zip(&outside).map(around).collect()
-                    });
-                    Bsdf::Thin(values(&|nm| ior.eval(nm)), stacks)
+                Material::DiffuseTransmission { transmittance } if !is_in_boundary => {
+                    Bsdf::DiffuseTransmission(values(&|nm| transmittance.eval(nm, hit.uv)))
+                }
+                Material::ThinDielectric { ior, alpha, depth, .. } if !is_in_boundary => {
+                    let pane = |(l, &n): (&WavelengthSample, &f64)| pane(ior, depth, film, l.nm, n);
+                    let width = grain.map_or((*alpha).into(), |grain: Grain| grain.width(*alpha));
+                    Bsdf::Thin {
+                        panes: path.wavelengths.iter().zip(&outside).map(pane).collect(),
+                        facets: self.energy(*alpha, grain).map(|e| RoughConductor { alpha: width, energy: &e.conductor }),
+                    }
                 }
                 Material::Conductor { eta, k, alpha } => {
                     let around = coat.map_or(outside.clone(), |(ior, _)| values(&|nm| ior.eval(nm)));
@@ -73,6 +79,7 @@ impl Stage {
                 coat: coat.map_or(vec![], coats),
                 sheen: sheen.map(|(sheen, color)| (sheen, values(&|nm| color.eval(nm)))),
                 along: grain.map(|grain| self.along(&grain, &hit)),
+                tint: tint(material, &hit, path),
             };
             return (path.inside.clone(), Some((hit, bsdf, over)));
         }
@@ -81,13 +88,15 @@ impl Stage {
             (beyond, Crossing::Interface { hit, near, far, alpha }) => {
                 let interiors = &self.scene.interiors;
                 let eta = values(&|nm| interiors[far].ior.eval(nm) / interiors[near].ior.eval(nm));
-                let film = met.iter().find(|m| std::ptr::eq(&m.hit, hit)).and_then(|m| m.film);
+                let surface = met.iter().find(|m| std::ptr::eq(&m.hit, hit));
+                let film = surface.and_then(|m| m.film);
                 let index = |i: usize, nm: f64| interiors[i].ior.eval(nm);
                 let stack =
                     |l: &WavelengthSample, film: &ThinFilm| film.between(index(near, l.nm), (index(far, l.nm), 0.0), l.nm);
                 let film = film.map_or(vec![], |film| path.wavelengths.iter().map(|l| stack(l, film)).collect());
                 let energy = self.energy(alpha, None).map(|e| &e.dielectric);
-                (beyond, Some((*hit, Bsdf::Dielectric { eta, film, alpha, energy }, Over::default())))
+                let over = Over { tint: surface.map_or(vec![], |m| tint(m.material, hit, path)), ..Over::default() };
+                (beyond, Some((*hit, Bsdf::Dielectric { eta, film, alpha, energy }, over)))
             }
             (beyond, Crossing::Straight) => (beyond, None),
         }
@@ -156,6 +165,22 @@ impl Stage {
     }
 }
 
+/// The factors on what tinted glass lets through.
+fn tint(material: &Material, hit: &Hit, path: &Path) -> Vec<f64> {
+    let of = |tint: &Texture| path.wavelengths.iter().map(|l| tint.eval(l.nm, hit.uv)).collect();
+    material.tint().map_or(vec![], of)
+}
+
+/// A pane in a medium of index `around`.
+fn pane(ior: &Ior, depth: &Spectrum, film: Option<&ThinFilm>, nm: f64, around: f64) -> Pane {
+    let (eta, is_film) = (ior.eval(nm), film.is_some_and(|film| film.ior == *ior));
+    let film = film.map(|film| match is_film {
+        true => PaneFilm::Whole(film.between(around, (around, 0.0), nm)),
+        false => PaneFilm::OnFaces(film.between(around, (around * eta, 0.0), nm)),
+    });
+    Pane { eta, depth: depth.eval(nm), film }
+}
+
 /// The sheens of a scene, by the index of their material.
 pub(super) fn sheens(scene: &Scene) -> BTreeMap<usize, Sheen> {
     let of = |(i, material): (usize, &Material)| match material {
@@ -170,16 +195,18 @@ pub(super) fn sheens(scene: &Scene) -> BTreeMap<usize, Sheen> {
 pub(super) fn straight_share(scene: &Scene, index: usize, cos: f64, uv: DVec2, nm: f64) -> f64 {
     match &scene.materials[index] {
         Material::Boundary { .. } | Material::Dielectric { .. } => 1.0,
-        Material::ThinDielectric { ior } => match scene.thin_films.get(&index) {
-            Some(film) => 1.0 - film.between(1.0, (1.0, 0.0), nm).reflectance(cos),
-            None => 1.0 - fresnel::thin_pane(cos, ior.eval(nm)),
-        },
+        Material::ThinDielectric { ior, alpha: 0.0, tint, depth } => {
+            let pane = pane(ior, depth, scene.thin_films.get(&index), nm, 1.0);
+            tint.as_ref().map_or(1.0, |tint| tint.eval(nm, uv)) * pane.shares(cos)[1]
+        }
         Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => straight_share(scene, *base, cos, uv, nm),
         Material::Mix { a, b, weight } => {
             let w = weight.eval(nm, uv);
             w * straight_share(scene, *a, cos, uv, nm) + (1.0 - w) * straight_share(scene, *b, cos, uv, nm)
         }
         Material::Diffuse { .. }
+        | Material::DiffuseTransmission { .. }
+        | Material::ThinDielectric { .. }
         | Material::Conductor { .. }
         | Material::ColoredConductor { .. }
         | Material::Coated { .. }

@@ -9,6 +9,7 @@ use crate::bsdf::energy::EnergyTable;
 use crate::bsdf::facet;
 use crate::bsdf::fresnel::{self, Metal};
 use crate::bsdf::ggx::Width;
+use crate::bsdf::pane::{Pane, RoughPane};
 use crate::bsdf::sample_cosine;
 use crate::bsdf::sheen::Sheen;
 use crate::bsdf::thin_film::Stack;
@@ -33,8 +34,10 @@ pub(super) enum Bsdf<'a> {
     Conductor { metal: Vec<Metal>, width: Width, energy: Option<&'a EnergyTable> },
     /// Far index over near index, and the film between, if there is one.
     Dielectric { eta: Vec<f64>, film: Vec<Stack>, alpha: f64, energy: Option<&'a EnergyTable> },
-    /// Relative index of the pane, or if it is a film, that.
-    Thin(Vec<f64>, Vec<Stack>),
+    /// Transmittance.
+    DiffuseTransmission(Vec<f64>),
+    /// A pane, and the facets of a rough one.
+    Thin { panes: Vec<Pane>, facets: Option<RoughConductor<'a>> },
 }
 
 /// What else there is to a surface.
@@ -46,6 +49,8 @@ pub(super) struct Over<'a> {
     pub sheen: Option<(&'a Sheen, Vec<f64>)>,
     /// Where its grain points.
     pub along: Option<DVec3>,
+    /// The factor on what gets through it, for each wavelength, or nothing.
+    pub tint: Vec<f64>,
 }
 
 /// Light that leaves a surface together.
@@ -95,7 +100,7 @@ impl<'a> Surface<'a> {
     /// Where light goes on to that leaves the facet along `w`, and the factor on it.
     fn leave(&self, w: DVec3, transmitted: bool, rng: &mut Rng) -> (DVec3, f64) {
         let (ns, ng) = (self.frame.z_axis, self.ng);
-        if transmitted && matches!(self.bsdf, Bsdf::Thin(..)) {
+        if transmitted && matches!(self.bsdf, Bsdf::Thin { facets: None, .. }) {
             // Straight on, past the facets; so light that the mirror threw on them has not come through. Light from behind them has.
             let thrown = self.wo.dot(ng) < 0.0;
             return (-self.came_from, if thrown { 0.0 } else { self.weight.max(1.0) });
@@ -122,6 +127,8 @@ impl<'a> Surface<'a> {
         let (wo, local) = (self.local(self.wo), self.local(facing));
         let g = match &self.bsdf {
             Bsdf::Diffuse(rho) => self.paint(rho[wavelength], wavelength, wo, local) * local.z.max(0.0) / PI,
+            Bsdf::DiffuseTransmission(tau) => self.paint(tau[wavelength], wavelength, wo, local) * (-local.z).max(0.0) / PI,
+            Bsdf::Thin { panes, facets: Some(facets) } => RoughPane { facets: *facets }.eval(wo, local, &panes[wavelength]),
             Bsdf::Conductor { metal, width, energy: Some(energy) } => {
                 let facets = RoughConductor { alpha: *width, energy };
                 facets.eval(wo, local, |lobe| self.mirror(facets.reflectance(lobe, metal[wavelength]), wavelength, wo, local))
@@ -133,7 +140,13 @@ impl<'a> Surface<'a> {
         };
         let own = self.over.coat.get(wavelength).map_or(0.0, |coat| coat.eval(wo, local));
         let of_sheen = self.over.sheen.as_ref().map_or(0.0, |(sheen, color)| color[wavelength] * sheen.eval(wo, local));
-        (of_sheen + self.under_sheen(wo, local) * (own + g)) * self.weight * self.correction(wi)
+        let tint = if local.z < 0.0 { self.tint(wavelength) } else { 1.0 };
+        (of_sheen + self.under_sheen(wo, local) * (own + g * tint)) * self.weight * self.correction(wi)
+    }
+
+    /// The factor on what gets through.
+    fn tint(&self, wavelength: usize) -> f64 {
+        self.over.tint.get(wavelength).copied().unwrap_or(1.0)
     }
 
     /// What sheen leaves of what is under it.
@@ -143,7 +156,7 @@ impl<'a> Surface<'a> {
 
     /// The reflectance of paint, through the coat if there is one.
     fn paint(&self, rho: f64, wavelength: usize, wo: DVec3, wi: DVec3) -> f64 {
-        self.over.coat.get(wavelength).map_or(rho, |coat| coat.over_diffuse(rho, wo.z, wi.z))
+        self.over.coat.get(wavelength).map_or(rho, |coat| coat.over_diffuse(rho, wo.z, wi.z.abs()))
     }
 
     /// The reflectance of a mirror or facet, likewise.
@@ -164,6 +177,11 @@ impl<'a> Surface<'a> {
             let (wi, factor) = self.leave((self.frame * o.wi).normalize(), o.transmitted, rng);
             o.wi = wi;
             o.wavelengths.iter_mut().for_each(|wavelength| wavelength.beta *= factor);
+        }
+        for outgoing in out.iter_mut().filter(|o| o.transmitted) {
+            for wavelength in &mut outgoing.wavelengths {
+                wavelength.beta *= self.tint(number_of(wavelength, wavelengths));
+            }
         }
         if let Bsdf::Dielectric { eta, energy, .. } = &self.bsdf {
             if energy.is_none() && self.ng != self.frame.z_axis {
@@ -239,6 +257,11 @@ impl<'a> Surface<'a> {
                 let wi = sample_cosine(rng.next2());
                 one(wi, false, &|i| self.paint(rho[i], i, wo, wi))
             }
+            Bsdf::DiffuseTransmission(tau) => {
+                let mut wi = sample_cosine(rng.next2());
+                wi.z = -wi.z;
+                one(wi, true, &|i| self.paint(tau[i], i, wo, wi))
+            }
             Bsdf::Conductor { metal, energy: None, .. } => {
                 let wi = fresnel::reflect(wo, DVec3::Z);
                 one(wi, false, &|i| self.mirror(metal[i].at(wo.z), i, wo, wi))
@@ -249,17 +272,27 @@ impl<'a> Surface<'a> {
                 let Some(s) = facets.sample(wo, [u0, u1, rng.next()]) else { return vec![] };
                 one(s.wi, false, &|i| s.weight * self.mirror(facets.reflectance(s.lobe, metal[i]), i, wo, s.wi))
             }
-            Bsdf::Thin(eta, film) => {
-                let r: Vec<f64> = reflectances(film, eta, wo.z, fresnel::thin_pane);
-                let q = mean(&r);
-                if rng.next() < q {
-                    one(fresnel::reflect(wo, DVec3::Z), false, &|i| r[i] / q)
-                } else {
-                    one(-wo, true, &|i| (1.0 - r[i]) / (1.0 - q))
+            Bsdf::Thin { panes, facets } => {
+                let q = |cos: f64| panes.iter().map(|pane| pane.shares(cos)[0]).sum::<f64>() / panes.len() as f64;
+                let side = |cos: f64, reflects: bool, i: usize| {
+                    if reflects { panes[i].shares(cos)[0] / q(cos) } else { panes[i].shares(cos)[1] / (1.0 - q(cos)) }
+                };
+                if let Some(facets) = facets {
+                    let ([u0, u1], [u2, u3]) = (rng.next2(), rng.next2());
+                    let sampled = RoughPane { facets: *facets }.sample(wo, q, [u0, u1, u2, u3]);
+                    return sampled.map_or(vec![], |(wi, weight, cos)| {
+                        one(wi, wi.z < 0.0, &|i| weight * side(cos, wi.z > 0.0, i))
+                    });
                 }
+                let reflects = rng.next() < q(wo.z);
+                let wi = if reflects { fresnel::reflect(wo, DVec3::Z) } else { -wo };
+                one(wi, !reflects, &|i| side(wo.z, reflects, i))
             }
             Bsdf::Dielectric { eta, film, energy: None, .. } => {
-                let f: Vec<f64> = reflectances(film, eta, wo.z, fresnel::dielectric);
+                let f: Vec<f64> = match film.is_empty() {
+                    true => eta.iter().map(|&n| fresnel::dielectric(wo.z, n)).collect(),
+                    false => film.iter().map(|s| s.reflectance(wo.z)).collect(),
+                };
                 let q = mean(&f);
                 if rng.next() < q {
                     return one(fresnel::reflect(wo, DVec3::Z), false, &|i| f[i] / q);
@@ -292,11 +325,6 @@ impl<'a> Surface<'a> {
             }
         }
     }
-}
-
-/// Those of a film, if there is one, else of what lies bare.
-fn reflectances(film: &[Stack], eta: &[f64], cos: f64, bare: impl Fn(f64, f64) -> f64) -> Vec<f64> {
-    if film.is_empty() { eta.iter().map(|&n| bare(cos, n)).collect() } else { film.iter().map(|s| s.reflectance(cos)).collect() }
 }
 
 /// From local directions to the world: `x` and `n` are its first and third axes.

@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3, DVec4};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// What brushing leaves on a rough metal.
+/// What brushing leaves on rough metal or on a rough pane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grain {
     /// How much rougher it is in one direction, in [0, 1] (KHR_materials_anisotropy's strength).
@@ -28,7 +28,7 @@ impl Grain {
     }
 }
 
-/// `anisotropy` of a conductor.
+/// `anisotropy` of a conductor or pane.
 pub(super) fn grain(node: &Node) -> Result<Grain> {
     node.object("anisotropy")?;
     let rotation = node.get("rotation_deg").map_or(Ok(0.0), |n| n.within(-360.0, 360.0))?;
@@ -36,12 +36,12 @@ pub(super) fn grain(node: &Node) -> Result<Grain> {
 }
 
 impl Loader {
-    /// Puts a grain on the metal at this index, or in the material; smooth metal becomes as rough as need be.
+    /// Puts a grain on the metal or pane at this index, or in the material; what is smooth becomes as rough as need be.
     pub(super) fn put_grain(&mut self, index: usize, grain: Grain) {
         // Without strength the metal stays what it is.
         if grain.strength > 0.0 {
             for i in self.scene.made_of(index) {
-                if let Some(alpha) = self.scene.materials[i].metal_alpha_mut() {
+                if let Some(alpha) = self.scene.materials[i].grained_alpha_mut() {
                     *alpha = alpha.max(SMOOTH);
                     self.scene.grains.insert(i, grain);
                 }

@@ -25,11 +25,12 @@ impl Indices {
 }
 
 impl Scene {
-    /// A pane of the index around it is nothing.
+    /// A clear pane of the index around it is nothing.
     pub(super) fn match_panes(&mut self) {
         let (lo, hi) = (self.film.bins.min_nm, self.film.bins.max_nm);
         for (i, material) in self.materials.iter_mut().enumerate() {
-            if let Some(ior) = material.pane()
+            if let Material::ThinDielectric { ior, tint: None, depth, .. } = material
+                && depth.is_zero()
                 && !self.thin_films.contains_key(&i)
                 && Ior::constant(1.0).matches(ior, lo, hi)
             {

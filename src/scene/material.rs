@@ -20,11 +20,25 @@ pub enum Material {
         interior: usize,
         /// GGX width, 0 or in [0.001, 1].
         alpha: f64,
+        /// Factor in [0, 1] on what gets through, the same both ways.
+        tint: Option<Texture>,
     },
-    /// A thin pane seen as one surface: reflection 2R/(1+R) with all inner bounces, the rest straight through.
+    /// A thin pane seen as one surface, with all inner bounces ([`crate::bsdf::pane`]): some is reflected, the rest goes straight through, or if it is rough
+    /// is spread around that direction as what is reflected is around its.
     ThinDielectric {
         /// Index of the pane relative to the surroundings.
         ior: Ior,
+        /// GGX width, 0 or in [0.001, 1].
+        alpha: f64,
+        /// Factor in [0, 1] on what gets through.
+        tint: Option<Texture>,
+        /// Optical depth of the pane at normal incidence; at others light has a longer way through it.
+        depth: Spectrum,
+    },
+    /// Lambertian, of light that comes from behind, on both sides.
+    DiffuseTransmission {
+        /// Transmittance in [0, 1].
+        transmittance: Texture,
     },
     /// Metal with complex index `eta + i k`; smooth for `alpha = 0`, else GGX with energy compensation. Reflects on both sides.
     Conductor {
@@ -109,6 +123,11 @@ impl Material {
     /// No surface, with nothing behind it.
     pub const NOTHING: Material = Material::Boundary { interior: None };
 
+    /// A clear and smooth pane.
+    pub fn thin_pane(ior: Ior) -> Self {
+        Material::ThinDielectric { ior, alpha: 0.0, tint: None, depth: Spectrum::Constant(0.0) }
+    }
+
     /// Indices of the materials that it is made of: what it mixes, covers or varies.
     pub fn parts(&self) -> Vec<usize> {
         match self {
@@ -119,10 +138,20 @@ impl Material {
         }
     }
 
+    /// The factor on what it lets through, if it is tinted glass.
+    pub fn tint(&self) -> Option<&Texture> {
+        match self {
+            Material::Dielectric { tint, .. } | Material::ThinDielectric { tint, .. } => tint.as_ref(),
+            _ => None,
+        }
+    }
+
     /// Its picture, if it has one: of a colour, a weight, a roughness or normals.
     pub fn image(&self) -> Option<&Arc<ImageTexture>> {
         match self {
+            Material::Dielectric { .. } | Material::ThinDielectric { .. } => self.tint()?.image(),
             Material::Diffuse { reflectance: texture }
+            | Material::DiffuseTransmission { transmittance: texture }
             | Material::ColoredConductor { reflectance: texture, .. }
             | Material::Graded { roughness: texture, .. }
             | Material::Mix { weight: texture, .. } => texture.image(),
@@ -152,7 +181,7 @@ impl Material {
     /// The interior behind it and its GGX width, if light is refracted into that.
     pub fn interface(&self) -> Option<(usize, f64)> {
         match self {
-            Material::Dielectric { interior, alpha } => Some((*interior, *alpha)),
+            Material::Dielectric { interior, alpha, .. } => Some((*interior, *alpha)),
             _ => None,
         }
     }
@@ -160,7 +189,7 @@ impl Material {
     /// Index relative to the surroundings, if it is a thin pane.
     pub fn pane(&self) -> Option<&Ior> {
         match self {
-            Material::ThinDielectric { ior } => Some(ior),
+            Material::ThinDielectric { ior, .. } => Some(ior),
             _ => None,
         }
     }
@@ -169,6 +198,7 @@ impl Material {
     pub fn alpha(&self) -> Option<f64> {
         match self {
             Material::Dielectric { alpha, .. }
+            | Material::ThinDielectric { alpha, .. }
             | Material::Conductor { alpha, .. }
             | Material::ColoredConductor { alpha, .. }
             | Material::Coated { alpha, .. } => Some(*alpha),
@@ -176,10 +206,12 @@ impl Material {
         }
     }
 
-    /// GGX width of bare metal, to be changed.
-    pub(super) fn metal_alpha_mut(&mut self) -> Option<&mut f64> {
+    /// GGX width of what may have a grain, to be changed.
+    pub(super) fn grained_alpha_mut(&mut self) -> Option<&mut f64> {
         match self {
-            Material::Conductor { alpha, .. } | Material::ColoredConductor { alpha, .. } => Some(alpha),
+            Material::ThinDielectric { alpha, .. } | Material::Conductor { alpha, .. } | Material::ColoredConductor { alpha, .. } => {
+                Some(alpha)
+            }
             _ => None,
         }
     }
@@ -192,6 +224,7 @@ impl Material {
             | Material::Conductor { .. }
             | Material::ColoredConductor { .. } => true,
             Material::Diffuse { .. }
+            | Material::DiffuseTransmission { .. }
             | Material::Boundary { .. }
             | Material::Coated { .. }
             | Material::Sheen { .. }
@@ -203,7 +236,13 @@ impl Material {
 
     /// False if it lets light through by itself; what it is made of may.
     pub fn is_opaque(&self) -> bool {
-        !matches!(self, Material::Dielectric { .. } | Material::ThinDielectric { .. } | Material::Boundary { .. })
+        !matches!(
+            self,
+            Material::Dielectric { .. }
+                | Material::ThinDielectric { .. }
+                | Material::DiffuseTransmission { .. }
+                | Material::Boundary { .. }
+        )
     }
 }
 
@@ -248,7 +287,9 @@ impl Scene {
         let ways = self.made_of(material).into_iter().map(|m| match &self.materials[m] {
             Material::Dielectric { interior, .. } => Passage::Refracted(*interior),
             Material::Boundary { interior: Some(interior) } => Passage::Into(*interior),
-            Material::Boundary { interior: None } | Material::ThinDielectric { .. } => Passage::Straight,
+            Material::Boundary { interior: None } | Material::ThinDielectric { .. } | Material::DiffuseTransmission { .. } => {
+                Passage::Straight
+            }
             _ => Passage::None,
         });
         ways.filter(|way| *way != Passage::None).try_fold(Passage::None, |so_far, way| match so_far {
@@ -258,12 +299,15 @@ impl Scene {
         })
     }
 
-    /// What a material looks like at `nm` without light and shade, pictures by their mean: what it reflects at normal incidence (1 for glass), and the
+    /// What a material looks like at `nm` without light and shade, pictures by their mean: what it reflects at normal incidence (of glass and what light gets through, its tint), and the
     /// share of rays that it stops.
     pub fn albedo(&self, material: usize, nm: f64) -> [f64; 2] {
         match &self.materials[material] {
             Material::Diffuse { reflectance } | Material::ColoredConductor { reflectance, .. } => [reflectance.average(nm), 1.0],
-            Material::Dielectric { .. } | Material::ThinDielectric { .. } => [1.0, 1.0],
+            Material::Dielectric { tint, .. } | Material::ThinDielectric { tint, .. } => {
+                [tint.as_ref().map_or(1.0, |tint| tint.average(nm)), 1.0]
+            }
+            Material::DiffuseTransmission { transmittance } => [transmittance.average(nm), 1.0],
             Material::Conductor { eta, k, .. } => {
                 let around = self.interiors[0].ior.eval(nm);
                 [fresnel::conductor(1.0, eta.eval(nm) / around, k.eval(nm) / around), 1.0]

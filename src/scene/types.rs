@@ -19,7 +19,8 @@ pub struct Scene {
     pub sensor: Sensor,
     /// Materials; shapes and mixes refer to them by index.
     pub materials: Vec<Material>,
-    /// Thin films on smooth dielectrics and on conductors, by the index of the material; of a thin dielectric, that it is itself a film.
+    /// Thin films on dielectrics, panes (on both their faces) and conductors, by the index of the material; on a pane of the film's own index, that it is
+    /// itself a film.
     pub thin_films: BTreeMap<usize, ThinFilm>,
     /// Grain of rough conductors, by the index of the material.
     pub grains: BTreeMap<usize, Grain>,

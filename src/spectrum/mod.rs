@@ -88,6 +88,24 @@ impl Spectrum {
         }
     }
 
+    /// A table of `f` every 5 nm over `[lo, hi]` nm.
+    pub fn sampled((lo, hi): (f64, f64), f: impl Fn(f64) -> f64) -> Spectrum {
+        let steps = ((hi - lo) / 5.0).ceil().max(1.0) as u32;
+        let nm: Vec<f64> = (0..=steps).map(|i| lo + (hi - lo) * f64::from(i) / f64::from(steps)).collect();
+        let values = nm.iter().map(|&x| f(x)).collect();
+        Spectrum::Table { nm, values, extend: true }
+    }
+
+    /// The coefficient of absorption in m^-1, over `range` in nm, by which this share of light is left after `distance` in m (Beer-Lambert); of no light
+    /// a millionth is.
+    pub fn attenuation(&self, distance: f64, range: (f64, f64)) -> Spectrum {
+        let coefficient = |share: f64| -share.max(1e-6).ln() / distance;
+        match self {
+            Spectrum::Constant(share) => Spectrum::Constant(coefficient(*share)),
+            share => Spectrum::sampled(range, |nm| coefficient(share.eval(nm))),
+        }
+    }
+
     /// The spectrum times a number.
     pub fn scaled(self, factor: f64) -> Spectrum {
         match self {

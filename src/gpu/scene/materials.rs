@@ -23,26 +23,32 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures) -> 
                 let (a, texture) = textures.add(reflectance, rows);
                 Material { kind: layout::MATERIAL_KIND_DIFFUSE, a, texture, ..none }
             }
-            scene::Material::Dielectric { interior, alpha } if *alpha == 0.0 => {
-                Material { kind: layout::MATERIAL_KIND_SMOOTH_DIELECTRIC, interior: ranks[*interior], ..none }
+            scene::Material::DiffuseTransmission { transmittance } => {
+                let (a, texture) = textures.add(transmittance, rows);
+                Material { kind: layout::MATERIAL_KIND_DIFFUSE_TRANSMISSION, a, texture, ..none }
             }
-            scene::Material::Dielectric { interior, alpha } => Material {
-                kind: layout::MATERIAL_KIND_ROUGH_DIELECTRIC,
-                interior: ranks[*interior],
-                alpha: *alpha as f32,
-                table: tables.add(Table::Dielectric(*alpha)),
-                ..none
-            },
-            scene::Material::ThinDielectric { ior } => {
-                Material { kind: layout::MATERIAL_KIND_THIN_DIELECTRIC, a: rows.add(SpectrumRow::Ior(ior.clone())), ..none }
+            scene::Material::Dielectric { interior, alpha, tint } => {
+                let (b, texture) = tint.as_ref().map_or((NO_INDEX, NO_INDEX), |tint| textures.add(tint, rows));
+                let glass = Material { interior: ranks[*interior], b, texture, ..none };
+                if *alpha == 0.0 {
+                    return Material { kind: layout::MATERIAL_KIND_SMOOTH_DIELECTRIC, ..glass };
+                }
+                let table = tables.add(Table::Dielectric(*alpha));
+                Material { kind: layout::MATERIAL_KIND_ROUGH_DIELECTRIC, alpha: *alpha as f32, table, ..glass }
+            }
+            scene::Material::ThinDielectric { ior, alpha, tint, depth } => {
+                let (b, texture) = tint.as_ref().map_or((NO_INDEX, NO_INDEX), |tint| textures.add(tint, rows));
+                let c = if depth.is_zero() { 0 } else { rows.spectrum(depth) };
+                let pane = Material { a: rows.add(SpectrumRow::Ior(ior.clone())), b, c, texture, ..none };
+                tables.of_facets(pane, &PANES, *alpha, scene.grains.get(&index))
             }
             scene::Material::Conductor { eta, k, alpha } => {
                 let (a, b) = (rows.spectrum(eta), rows.spectrum(k));
-                tables.of_metal(Material { a, b, ..none }, *alpha, scene.grains.get(&index))
+                tables.of_facets(Material { a, b, ..none }, &METALS, *alpha, scene.grains.get(&index))
             }
             scene::Material::ColoredConductor { reflectance, alpha } => {
                 let (a, texture) = textures.add(reflectance, rows);
-                tables.of_metal(Material { a, texture, b: NO_INDEX, ..none }, *alpha, scene.grains.get(&index))
+                tables.of_facets(Material { a, texture, b: NO_INDEX, ..none }, &METALS, *alpha, scene.grains.get(&index))
             }
             scene::Material::Graded { first, levels, roughness } => {
                 let (a, texture) = textures.add(roughness, rows);
@@ -87,6 +93,15 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures) -> 
     }
     Ok((materials, tables.entries))
 }
+
+/// What of metal and of panes is smooth, rough and brushed.
+const METALS: [u32; 3] =
+    [layout::MATERIAL_KIND_SMOOTH_CONDUCTOR, layout::MATERIAL_KIND_ROUGH_CONDUCTOR, layout::MATERIAL_KIND_BRUSHED_CONDUCTOR];
+const PANES: [u32; 3] = [
+    layout::MATERIAL_KIND_THIN_DIELECTRIC,
+    layout::MATERIAL_KIND_ROUGH_THIN_DIELECTRIC,
+    layout::MATERIAL_KIND_BRUSHED_THIN_DIELECTRIC,
+];
 
 fn thin_film_rows(film: &scene::ThinFilm, rows: &mut Rows) -> Result<u32> {
     let [index, waves] = [SpectrumRow::Ior(film.ior.clone()), SpectrumRow::Waves(film.thickness_nm)].map(|row| rows.add(row));
@@ -146,13 +161,13 @@ impl Tables {
         at
     }
 
-    /// `metal` with its kind, width and table.
-    fn of_metal(&mut self, metal: Material, alpha: f64, grain: Option<&scene::Grain>) -> Material {
+    /// `mirror` with its kind (of `kinds`: smooth, rough, brushed), width and table.
+    fn of_facets(&mut self, mirror: Material, kinds: &[u32; 3], alpha: f64, grain: Option<&scene::Grain>) -> Material {
         let (kind, table) = match grain {
-            _ if alpha == 0.0 => return Material { kind: layout::MATERIAL_KIND_SMOOTH_CONDUCTOR, ..metal },
-            Some(grain) => (layout::MATERIAL_KIND_BRUSHED_CONDUCTOR, Table::Brushed(alpha, *grain)),
-            None => (layout::MATERIAL_KIND_ROUGH_CONDUCTOR, Table::Conductor(alpha)),
+            _ if alpha == 0.0 => return Material { kind: kinds[0], ..mirror },
+            Some(grain) => (kinds[2], Table::Brushed(alpha, *grain)),
+            None => (kinds[1], Table::Conductor(alpha)),
         };
-        Material { kind, alpha: alpha as f32, table: self.add(table), ..metal }
+        Material { kind, alpha: alpha as f32, table: self.add(table), ..mirror }
     }
 }

@@ -175,8 +175,8 @@ impl<'n> Reader<'_, 'n, '_> {
             surface = Some(self.under_sheen(bare, &sheen));
         }
         if !is(&metallic, 1.0) && !is(&transmission, 0.0) {
-            let glass = self.glass(base, &rough)?;
-            let glass = self.filmed_glass(glass, &film)?;
+            let glass = self.glass(&reflectance, &rough)?;
+            let glass = self.filmed_glass(glass, &reflectance, &rough, &film)?;
             if sheen.is_some() {
                 self.note("sheen on glass: ignored (KHR_materials_sheen)");
             }
@@ -236,12 +236,14 @@ impl<'n> Reader<'_, 'n, '_> {
 
     fn thin_part(&mut self, surface: usize, ior: &Ior) -> usize {
         let part = match self.loader.scene.materials[surface].clone() {
-            Material::Dielectric { .. } => Material::ThinDielectric { ior: ior.clone() },
+            Material::Dielectric { alpha, tint, .. } => {
+                Material::ThinDielectric { ior: ior.clone(), alpha, tint, depth: Spectrum::Constant(0.0) }
+            }
             Material::Mix { a, b, weight } => Material::Mix { a: self.thin_part(a, ior), b: self.thin_part(b, ior), weight },
             Material::NormalMapped { base, normals } => Material::NormalMapped { base: self.thin_part(base, ior), normals },
-            // Panes have no roughness.
-            Material::Graded { first, .. } if self.loader.scene.materials[first].interface().is_some() => {
-                return self.thin_part(first, ior);
+            Material::Graded { first, levels, roughness } if self.loader.scene.materials[first].interface().is_some() => {
+                let thin: Vec<usize> = (first..first + levels.len()).map(|level| self.thin_part(level, ior)).collect();
+                Material::Graded { first: thin[0], levels, roughness }
             }
             _ => return surface,
         };
@@ -291,7 +293,7 @@ impl<'n> Reader<'_, 'n, '_> {
             let one = Spectrum::Constant(1.0);
             if let Some(picture) = self.textures.read(&info, self.uv_set, Use::Reflectance(rgb), one, None)? {
                 self.note("pictures of the colour of sheen: their mean counts (KHR_materials_sheen)");
-                color = sampled(self.loader.reader.range, |nm| picture.average(nm));
+                color = Spectrum::sampled(self.loader.reader.range, |nm| picture.average(nm));
             }
         }
         let roughness = factor(Some(&node), "sheenRoughnessFactor", 0.0, 1.0)?;
@@ -333,13 +335,14 @@ impl<'n> Reader<'_, 'n, '_> {
         Ok((!share.is_zero() && thickness_nm > 0.0).then_some((share, ThinFilm { ior, thickness_nm })))
     }
 
-    fn filmed_glass(&mut self, bare: usize, film: &Option<(Texture, ThinFilm)>) -> Result<usize> {
+    fn filmed_glass(&mut self, bare: usize, tint: &Texture, rough: &Roughness, film: &Option<(Texture, ThinFilm)>) -> Result<usize> {
         let Some((share, film)) = film else { return Ok(bare) };
-        let Material::Dielectric { alpha: 0.0, .. } = self.loader.scene.materials[bare] else {
-            self.note("iridescence of rough glass and of thin panes: ignored (KHR_materials_iridescence)");
+        let is_rough = |m: &usize| matches!(self.loader.scene.materials[*m], Material::Dielectric { alpha, .. } if alpha > 0.0);
+        if self.loader.scene.made_of(bare).iter().any(is_rough) {
+            self.note("iridescence of rough solid glass: ignored (KHR_materials_iridescence)");
             return Ok(bare);
-        };
-        let filmed = self.push(self.loader.scene.materials[bare].clone());
+        }
+        let filmed = self.glass(tint, rough)?;
         self.loader.put_thin_film(filmed, film);
         Ok(self.mix(filmed, bare, share.clone()))
     }
@@ -358,7 +361,7 @@ impl<'n> Reader<'_, 'n, '_> {
             return bare;
         };
         let index = |r: f64| (1.0 + r.min(0.98).sqrt()) / (1.0 - r.min(0.98).sqrt());
-        let eta = sampled(self.loader.reader.range, |nm| index(reflectance.eval(nm)));
+        let eta = Spectrum::sampled(self.loader.reader.range, |nm| index(reflectance.eval(nm)));
         let conductor = |alpha| Material::Conductor { eta: eta.clone(), k: Spectrum::Constant(0.0), alpha };
         let filmed = self.push_rough(rough, conductor);
         self.loader.put_thin_film(filmed, film);
@@ -377,11 +380,10 @@ impl<'n> Reader<'_, 'n, '_> {
         Ok(self.mix(coated, paint, specular))
     }
 
-    fn glass(&mut self, base: [f64; 3], rough: &Roughness) -> Result<usize> {
+    /// Glass of this roughness; its base colour tints what gets through, at each surface anew.
+    fn glass(&mut self, base: &Texture, rough: &Roughness) -> Result<usize> {
         let ior = self.ior()?;
-        if base != [1.0; 3] || self.info("baseColorTexture").is_some() {
-            self.note("the surface tint of glass is ignored; use KHR_materials_volume to colour it");
-        }
+        let tint = Some(base.clone()).filter(|tint| !matches!(tint, Texture::Uniform(Spectrum::Constant(1.0))));
         let name = self.node.get("name").and_then(|n| n.value.as_str()).unwrap_or("glass").to_string();
         let volume = self
             .extension("KHR_materials_volume")
@@ -391,11 +393,13 @@ impl<'n> Reader<'_, 'n, '_> {
                 "the glass {name:?} has no thickness (KHR_materials_volume) and counts as a thin pane that refracts nothing; to make it solid, \
                  set a thickness in the exporter or \"override\" it in a scene"
             ));
-            return Ok(self.push(Material::ThinDielectric { ior }));
+            let depth = Spectrum::Constant(0.0);
+            let pane = |alpha| Material::ThinDielectric { ior: ior.clone(), alpha, tint: tint.clone(), depth: depth.clone() };
+            return Ok(self.push_rough(rough, pane));
         };
         let sigma_a = absorption(&volume, self.loader.reader.range)?;
         let interior = self.loader.volume(Interior { ior, priority: 1, sigma_a, ..Interior::vacuum(&name) });
-        Ok(self.push_rough(rough, |alpha| Material::Dielectric { interior, alpha }))
+        Ok(self.push_rough(rough, |alpha| Material::Dielectric { interior, alpha, tint: tint.clone() }))
     }
 
     /// The index of refraction: of the glass that the material's custom property "glass" names, or from KHR_materials_ior and the dispersion, which may
@@ -459,7 +463,7 @@ fn absorption(volume: &Node, range: (f64, f64)) -> Result<Spectrum> {
         return Ok(Spectrum::Constant(0.0));
     }
     let colour = upsample::reflectance_from_linear_srgb(rgb).map_err(|problem| volume.fail(problem, "use another colour"))?;
-    Ok(sampled(range, |nm| -colour.eval(nm).max(1e-6).ln() / distance))
+    Ok(colour.attenuation(distance, range))
 }
 
 /// Is it 1 everywhere?
@@ -468,12 +472,4 @@ fn is_one(share: &Texture) -> bool {
         Texture::Uniform(spectrum) => *spectrum == Spectrum::Constant(1.0),
         Texture::Image(picture) => picture.image.range()[0] * picture.factor.eval(550.0) >= picture.cutoff.unwrap_or(1.0 - 1e-6),
     }
-}
-
-/// A table every 5 nm.
-fn sampled((lo, hi): (f64, f64), f: impl Fn(f64) -> f64) -> Spectrum {
-    let steps = ((hi - lo) / 5.0).ceil().max(1.0) as u32;
-    let nm: Vec<f64> = (0..=steps).map(|i| lo + (hi - lo) * f64::from(i) / f64::from(steps)).collect();
-    let values = nm.iter().map(|&x| f(x)).collect();
-    Spectrum::Table { nm, values, extend: true }
 }

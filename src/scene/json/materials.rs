@@ -7,21 +7,23 @@ use crate::scene::json::Node;
 use crate::scene::json::keys::Keys;
 use crate::scene::json::load::Loader;
 use crate::scene::json::spectra::Place;
-use crate::scene::{Interior, Material, Passage, Scene, ThinFilm};
+use crate::scene::{Interior, Material, Passage, Scene, Texture, ThinFilm};
 use crate::spectrum::{Ior, Spectrum, library};
 use std::collections::HashMap;
 
 /// Kinds of material.
 const MATERIALS: &[&str] =
-    &["diffuse", "dielectric", "thin_dielectric", "conductor", "coated", "sheen", "mix", "boundary", "normal_map"];
+    &["diffuse", "diffuse_transmission", "dielectric", "thin_dielectric", "conductor", "coated", "sheen", "mix", "boundary", "normal_map"];
 
 /// The keys of materials, and of what a glTF file's material is replaced with.
 pub(super) const KEYS: Keys = &[
     ("material", MATERIALS),
     ("diffuse", &["reflectance"]),
+    ("diffuse_transmission", &["transmittance"]),
     ("volume", VOLUME),
-    ("dielectric", &["volume", "ior", "alpha", "roughness", "thin_film", "absorption", "medium", "priority"]),
-    ("thin_dielectric", &["ior", "thickness"]),
+    ("dielectric", &["volume", "ior", "alpha", "roughness", "tint", "thin_film", "absorption", "medium", "priority"]),
+    ("absorption", ATTENUATION),
+    ("thin_dielectric", &["ior", "alpha", "roughness", "anisotropy", "tint", "absorption", "thickness", "thin_film"]),
     ("conductor", &["metal", "eta", "k", "reflectance", "alpha", "roughness", "anisotropy", "thin_film"]),
     ("anisotropy", &["strength", "rotation_deg"]),
     ("thin_film", &["thickness", "ior"]),
@@ -34,6 +36,7 @@ pub(super) const KEYS: Keys = &[
         "override",
         &[
             "diffuse",
+            "diffuse_transmission",
             "dielectric",
             "thin_dielectric",
             "conductor",
@@ -52,6 +55,8 @@ pub(super) const KEYS: Keys = &[
 const COLOURLESS_FILM: f64 = 4.0;
 /// What says what is in a volume.
 const VOLUME: &[&str] = &["ior", "absorption", "medium", "priority"];
+/// Absorption by what is left after a way.
+const ATTENUATION: &[&str] = &["color", "distance"];
 /// Mixes of mixes may be this deep.
 const DEEPEST_MIX: usize = 8;
 
@@ -173,12 +178,11 @@ impl Materials {
         if let Some(film) = film {
             loader.put_thin_film(index, &film);
         }
-        if let Some(node) = node.get("conductor").and_then(|inner| inner.get("anisotropy")) {
-            if let Material::Conductor { alpha: 0.0, .. } | Material::ColoredConductor { alpha: 0.0, .. } =
-                loader.scene.materials[index]
-            {
+        let inner = node.get("conductor").or(node.get("thin_dielectric"));
+        if let Some(node) = inner.and_then(|inner| inner.get("anisotropy")) {
+            if loader.scene.materials[index].alpha() == Some(0.0) {
                 return Err(
-                    node.fail("a smooth metal has no grain", "give it a \"roughness\": the least it has in any direction")
+                    node.fail("a smooth surface has no grain", "give it a \"roughness\": the least it has in any direction")
                 );
             }
             loader.put_grain(index, grain(&node)?);
@@ -191,18 +195,33 @@ impl Materials {
         inner.object(kind)?;
         Ok(match kind {
             "diffuse" => Material::Diffuse { reflectance: loader.share(&inner.need("reflectance")?)? },
+            "diffuse_transmission" => {
+                Material::DiffuseTransmission { transmittance: loader.share(&inner.need("transmittance")?)? }
+            }
             "dielectric" => {
                 if inner.get("volume").is_none() {
                     inner.need("ior")?;
                 }
                 let interior = self.named_or_inline(loader, name, &inner, 1)?;
-                let roughness = loader.roughness(&inner)?;
-                loader.rough(&roughness, |alpha| Material::Dielectric { interior, alpha })
+                let (roughness, tint) = (loader.roughness(&inner)?, tint(loader, &inner)?);
+                loader.rough(&roughness, |alpha| Material::Dielectric { interior, alpha, tint: tint.clone() })
             }
             "thin_dielectric" => {
                 let ior = loader.reader.ior(&inner.need("ior")?)?;
                 note_extrapolation(loader, name, &ior);
-                Material::ThinDielectric { ior }
+                let depth = match (inner.get("absorption"), inner.get("thickness")) {
+                    (None, _) => Spectrum::Constant(0.0),
+                    (Some(absorption), Some(thickness)) => {
+                        absorption_of(loader, &absorption, inner.get("ior").as_ref())?.scaled(thickness.length()?)
+                    }
+                    (Some(absorption), None) => {
+                        return Err(absorption.fail("a pane without a thickness has nothing that absorbs", "add \"thickness\" in m"));
+                    }
+                };
+                let (roughness, tint) = (loader.roughness(&inner)?, tint(loader, &inner)?);
+                let pane =
+                    |alpha| Material::ThinDielectric { ior: ior.clone(), alpha, tint: tint.clone(), depth: depth.clone() };
+                loader.rough(&roughness, pane)
             }
             "conductor" => {
                 let roughness = loader.roughness(&inner)?;
@@ -282,19 +301,27 @@ impl Loader {
     }
 }
 
+/// The factor on what glass lets through.
+fn tint(loader: &mut Loader, node: &Node) -> Result<Option<Texture>> {
+    node.get("tint").map(|tint| loader.share(&tint)).transpose()
+}
+
 /// The film on a material, or of a pane that is one itself.
 fn film(loader: &Loader, node: &Node, material: &Material) -> Result<Option<ThinFilm>> {
     let (_, inner) = node.one_of(MATERIALS)?;
-    let (Some(node), own_ior) = (match material {
-        Material::ThinDielectric { ior } => (inner.get("thickness").map(|_| inner.clone()), Some(ior)),
-        _ => (inner.get("thin_film"), None),
-    }) else {
-        return Ok(None);
-    };
-    if own_ior.is_none() {
-        node.object("thin_film")?;
-    }
     let first = if let Material::Graded { first, .. } = material { &loader.scene.materials[*first] } else { material };
+    let (node, own_ior) = match (first, inner.get("thin_film"), inner.get("thickness")) {
+        (Material::ThinDielectric { .. }, Some(node), Some(_)) => {
+            return Err(node.fail("a film on what absorbs, or is a film itself", "leave out \"thickness\", or the film"));
+        }
+        (_, Some(node), _) => {
+            node.object("thin_film")?;
+            (node, None)
+        }
+        // Of a pane that absorbs, it is that of the glass.
+        (Material::ThinDielectric { ior, depth, .. }, None, Some(_)) if depth.is_zero() => (inner, Some(ior)),
+        _ => return Ok(None),
+    };
     match first {
         Material::Dielectric { .. } if !matches!(material, Material::Dielectric { alpha: 0.0, .. }) => {
             return Err(node.fail("a film on rough glass", "make the glass smooth, or leave out the film"));
@@ -333,8 +360,14 @@ fn sum(own: Spectrum, medium: Spectrum, at: &Node) -> Result<Spectrum> {
     }
 }
 
-/// `absorption` of a dielectric in m^-1: a spectrum, or `"catalogue"` for what is known of the named glass.
+/// `absorption` in m^-1: a spectrum, what is left of light after a distance, or `"catalogue"` for what is known of the named glass.
 fn absorption_of(loader: &Loader, node: &Node, ior: Option<&Node>) -> Result<Spectrum> {
+    if let (true, Some(color)) = (node.value.is_object(), node.get("color")) {
+        node.object("absorption")?;
+        let distance = node.need("distance")?.length()?;
+        let color = loader.reader.spectrum(&color, Place::Share)?;
+        return Ok(color.attenuation(distance, loader.reader.range));
+    }
     if !node.value.is_string() {
         return loader.reader.spectrum(node, Place::Coefficient);
     }
@@ -444,7 +477,10 @@ fn wears_sheen(materials: &[Material], index: usize) -> bool {
 
 fn is_coatable(materials: &[Material], index: usize) -> bool {
     match &materials[index] {
-        Material::Diffuse { .. } | Material::Conductor { .. } | Material::ColoredConductor { .. } => true,
+        Material::Diffuse { .. }
+        | Material::DiffuseTransmission { .. }
+        | Material::Conductor { .. }
+        | Material::ColoredConductor { .. } => true,
         Material::Graded { first, .. } => is_coatable(materials, *first),
         Material::Mix { a, b, .. } => is_coatable(materials, *a) && is_coatable(materials, *b),
         _ => false,
