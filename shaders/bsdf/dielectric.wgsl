@@ -163,6 +163,7 @@ fn rough_dielectric_at(m: Material, wo: vec3f, wi: vec3f, eta: f32) -> vec2f {
 // all, since the mixture at the other end of the path is not known.
 fn eval_rough_dielectric(b: ptr<function, Bsdf>, wo: vec3f, wi: vec3f, f: ptr<function, Spectrum>) -> BsdfPdf {
     let m = (*b).m;
+    let reflects = wi.z > 0.0;
     var pdf = 0.0;
     let total = sum_beta();
     for (var k = 0u; k < WAVELENGTHS4; k++) {
@@ -175,17 +176,17 @@ fn eval_rough_dielectric(b: ptr<function, Bsdf>, wo: vec3f, wi: vec3f, f: ptr<fu
                 pdf += beta[k][c] * r.y;
             }
         }
-        (*f)[k] = select(g * refracted_radiance(eta), g, wi.z > 0.0);
+        (*f)[k] = select(g * refracted_radiance(eta), g, reflects);
     }
+    // Drivers inline functions at each call: one for both ways.
     let eta = relative_index(b, WAVELENGTHS / 2u);
-    let pdf_fwd = rough_dielectric_at(m, wo, wi, eta).y;
-    var pdf_rev = 0.0;
-    if (wi.z > 0.0) {
-        pdf_rev = rough_dielectric_at(m, wi, wo, eta).y;
-    } else {
-        pdf_rev = rough_dielectric_at(m, -wi, -wo, 1.0 / eta).y;
+    var ways: array<f32, 2>;
+    for (var way = 0u; way < 2u; way++) {
+        let side = select(-1.0, 1.0, reflects);
+        let from_wo = way == 0u;
+        ways[way] = rough_dielectric_at(m, select(side * wi, wo, from_wo), select(side * wo, wi, from_wo), select(eta, 1.0 / eta, !from_wo && !reflects)).y;
     }
-    return BsdfPdf(select(0.0, pdf / total, total > 0.0), pdf_fwd, pdf_rev);
+    return BsdfPdf(select(0.0, pdf / total, total > 0.0), ways[0], ways[1]);
 }
 
 // Direction sampled for one wavelength; z = 0 marks failure (absorbed, its energy is in the compensation).

@@ -236,31 +236,17 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
 #if CONNECT
     var light: LightSample;
     var lit = false;
+    var wl: vec3f; // to the light, in the local frame
     if (!specular) {
         light = connect(s.p, event_choice.x, event_light);
 #if SHADING_NORMALS
         let faced = face_connection(at, light.wi);
         light.weight *= faced.weight;
-        let wl = select(faced.w, light.wi, is_in_medium(at)) * frame;
+        wl = select(faced.w, light.wi, is_in_medium(at)) * frame;
 #else
-        let wl = light.wi * frame;
+        wl = light.wi * frame;
 #endif
         lit = light.weight > 0.0 && leaves_to_its_side(at, light.wi, wl.z);
-        if (lit) {
-            let densities = eval_bsdf(&b, wo, wl, &f);
-            // Nothing goes through what does not transmit.
-            lit = densities.pdf_fwd > 0.0;
-            let w = mis_weight_connection(light, vertex_towards(at, light.wi, wl.z, densities)) * leaving_factor(at, d, light.wi, wl.z);
-            for (var k = 0u; k < WAVELENGTHS4; k++) {
-                Ld[k] = w * beta[k] * f[k] * light_spectrum(light, k);
-#if TINT
-                Ld[k] *= select(vec4f(1.0), tint_of(&b, k), wl.z < 0.0);
-#endif
-            }
-#if INTERIORS
-            shadow_starts_in(volumes_towards(at, wl.z), light);
-#endif
-        }
     }
 #endif
 #if SHADING_NORMALS
@@ -278,6 +264,33 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
 #endif
 #endif
     let sampled = sample_bsdf(&b, d, frame, wo);
+    var densities: BsdfPdf;
+#if CONNECT
+    // The connection, and then the direction that was sampled: drivers inline functions at each call.
+    for (var turn = select(1u, 0u, lit); turn < select(2u, 1u, specular); turn++) {
+        let is_connection = turn == 0u;
+        let w_local = select(sampled.wi, wl, is_connection);
+        densities = eval_bsdf(&b, wo, w_local, &f);
+        if (is_connection) {
+            // Nothing goes through what does not transmit.
+            lit = densities.pdf_fwd > 0.0;
+            let w = mis_weight_connection(light, vertex_towards(at, light.wi, wl.z, densities)) * leaving_factor(at, d, light.wi, wl.z);
+            for (var k = 0u; k < WAVELENGTHS4; k++) {
+                Ld[k] = w * beta[k] * f[k] * light_spectrum(light, k);
+#if TINT
+                Ld[k] *= select(vec4f(1.0), tint_of(&b, k), wl.z < 0.0);
+#endif
+            }
+#if INTERIORS
+            shadow_starts_in(volumes_towards(at, wl.z), light);
+#endif
+        }
+    }
+#else
+    if (!specular) {
+        densities = eval_bsdf(&b, wo, sampled.wi, &f);
+    }
+#endif
     var out = sampled.d;
     var leaves = true;
 #if SHADING_NORMALS
@@ -304,7 +317,6 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
 #endif
     var pdf = -1.0;
     if (!sampled.is_specular) {
-        let densities = eval_bsdf(&b, wo, sampled.wi, &f);
         let weight = 1.0 / densities.pdf;
         for (var k = 0u; k < WAVELENGTHS4; k++) {
             beta[k] *= select(vec4f(0.0), f[k] * weight, densities.pdf > 0.0);

@@ -102,8 +102,6 @@ features! {
     Conductor "CONDUCTOR" if |n| n.has(Feature::SmoothConductor) || n.has(Feature::RoughConductor);
     /// Metal of which only the reflectance at normal incidence is known.
     ColoredConductor "COLORED_CONDUCTOR" if |n| n.material(|m| matches!(m, Material::ColoredConductor { .. }));
-    /// Facets that are mirrors: of rough metal and rough panes.
-    RoughMirror "ROUGH_MIRROR" if |n| n.has(Feature::RoughConductor) || n.has(Feature::RoughThinDielectric);
     /// Metal or panes whose roughness has a direction.
     Grain "GRAIN" in Materials as "brushed metal" if |n| n.used.iter().any(|m| n.scene.grains.contains_key(m));
     /// Clear coats that are polished.

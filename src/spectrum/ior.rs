@@ -2,6 +2,8 @@
 
 use super::formula::Formula;
 
+use super::Spectrum;
+
 /// Fraunhofer's d line (He), nm in air.
 pub const LINE_D_NM: f64 = 587.5618;
 /// Fraunhofer's F line (H), nm in air.
@@ -69,6 +71,16 @@ impl Ior {
         }
         let (nm, n) = points.iter().copied().unzip();
         Ok(Ior { formula: Formula::Table { nm, n }, range_nm: (first.0, last.0), extrapolate: false })
+    }
+
+    /// The index that this spectrum is, every 5 nm over `range` in nm.
+    pub fn of_spectrum(index: &Spectrum, range: (f64, f64)) -> Self {
+        match Spectrum::sampled(range, |nm| index.eval(nm)) {
+            Spectrum::Table { nm, values: n, .. } if !matches!(index, Spectrum::Constant(_)) => {
+                Ior { formula: Formula::Table { nm, n }, range_nm: range, extrapolate: false }
+            }
+            _ => Ior::constant(index.eval(range.0)),
+        }
     }
 
     /// Index at `nm`. Outside its range the end value is held unless `extrapolate`. NaN where the formula has no real value:

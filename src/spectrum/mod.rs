@@ -55,6 +55,11 @@ pub enum Spectrum {
     Product(Box<(Spectrum, Spectrum)>),
 }
 
+fn every_5_nm((lo, hi): (f64, f64)) -> Vec<f64> {
+    let steps = ((hi - lo) / 5.0).ceil().max(1.0) as u32;
+    (0..=steps).map(|i| lo + (hi - lo) * f64::from(i) / f64::from(steps)).collect()
+}
+
 impl Spectrum {
     /// Value at `nm`.
     pub fn eval(&self, nm: f64) -> f64 {
@@ -89,9 +94,11 @@ impl Spectrum {
     }
 
     /// A table of `f` every 5 nm over `[lo, hi]` nm.
-    pub fn sampled((lo, hi): (f64, f64), f: impl Fn(f64) -> f64) -> Spectrum {
-        let steps = ((hi - lo) / 5.0).ceil().max(1.0) as u32;
-        let nm: Vec<f64> = (0..=steps).map(|i| lo + (hi - lo) * f64::from(i) / f64::from(steps)).collect();
+    pub fn sampled(range: (f64, f64), f: impl Fn(f64) -> f64) -> Spectrum {
+        Spectrum::sampled_at(every_5_nm(range), f)
+    }
+
+    fn sampled_at(nm: Vec<f64>, f: impl Fn(f64) -> f64) -> Spectrum {
         let values = nm.iter().map(|&x| f(x)).collect();
         Spectrum::Table { nm, values, extend: true }
     }
@@ -102,7 +109,13 @@ impl Spectrum {
         let coefficient = |share: f64| -share.max(1e-6).ln() / distance;
         match self {
             Spectrum::Constant(share) => Spectrum::Constant(coefficient(*share)),
-            share => Spectrum::sampled(range, |nm| coefficient(share.eval(nm))),
+            share => {
+                let mut nm = every_5_nm(range);
+                share.breakpoints(range.0, range.1, &mut nm);
+                nm.sort_by(f64::total_cmp);
+                nm.dedup();
+                Spectrum::sampled_at(nm, |nm| coefficient(share.eval(nm)))
+            }
         }
     }
 

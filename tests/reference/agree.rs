@@ -32,7 +32,7 @@ fn backward_and_forward_agree_on_rough_surfaces_through_a_pane_and_a_lens() {
     let veil = material(&mut s, Material::Boundary { interior: None });
     let veil = material(&mut s, Material::Mix { a: veil, b: 0, weight: ramp(0.9, 0.5).into() });
     shape(&mut s, veil, disc(dvec3(0.2, 0.6, 1.0), dvec3(0.0, 0.6, 0.8), 0.5));
-    let pane = material(&mut s, Material::ThinDielectric { ior: flint() });
+    let pane = material(&mut s, Material::thin_pane(flint()));
     shape(&mut s, pane, disc(dvec3(0.0, 1.0, 2.6), dvec3(0.6, 0.0, 0.8), 0.8));
     if let Sensor::Perspective { lens_radius, focus_distance, .. } = &mut s.sensor {
         (*lens_radius, *focus_distance) = (0.1, 3.0);
@@ -102,7 +102,7 @@ fn backward_and_forward_agree_where_shading_normals_contradict_the_geometry() {
     let mut s = room(2, 4);
     let m = glass(&mut s, solid("glass", 1.5, 1), 0.0);
     shape(&mut s, m, smooth_ball(dvec3(-0.4, 1.1, 0.3), 0.4));
-    let pane = material(&mut s, Material::ThinDielectric { ior: Ior::constant(2.5) });
+    let pane = material(&mut s, Material::thin_pane(Ior::constant(2.5)));
     shape(&mut s, pane, smooth_ball(dvec3(0.5, 1.1, 0.3), 0.3));
     s.sensor = pinhole(dvec3(0.0, 0.5, 2.0), dvec3(0.0, 0.0, 0.3), 0.25);
     agree("light through contradicting normals", &s, 500, 3000);

@@ -177,7 +177,7 @@ fn what_has_the_index_around_it_neither_shades_nor_is_seen() {
 #[test]
 fn thin_pane_reflects_with_all_inner_bounces() {
     let mut s = slab(&[], 0.0);
-    let pane = material(&mut s, Material::ThinDielectric { ior: Ior::constant(1.5168) });
+    let pane = material(&mut s, Material::thin_pane(Ior::constant(1.5168)));
     shape(&mut s, pane, disc(DVec3::ZERO, DVec3::Z, 10.0));
     let n: f64 = 1.5168;
     equals("pane", &s, Estimator::Backward, 1500, 2.0 * n / (n * n + 1.0), 0.0);

@@ -64,7 +64,7 @@ fn a_gltf_file_is_a_scene_by_itself() {
     let Geometry::Mesh(mesh) = &scene.shapes[0].geometry else { panic!("not a mesh") };
     assert_eq!(mesh.positions[2], DVec3::new(2.0, 2.0, -1.0));
     assert_eq!(mesh.triangles, [[0, 2, 1], [0, 3, 2]], "mirrored, so turned");
-    let Material::Dielectric { interior, alpha } = scene.materials[scene.shapes[0].material] else { panic!("not glass") };
+    let Material::Dielectric { interior, alpha, .. } = scene.materials[scene.shapes[0].material] else { panic!("not glass") };
     assert_eq!(alpha, 0.0);
     let glass = &scene.interiors[interior];
     assert!(
@@ -104,6 +104,74 @@ fn without_camera_and_light_it_is_framed_in_daylight_and_says_so() {
     assert_eq!((ior.eval(550.0), *alpha), (1.5, 1.0));
     let Material::Diffuse { reflectance } = &scene.materials[*base] else { panic!("not diffuse") };
     assert!((reflectance.average(500.0) - 0.2).abs() < 1e-9);
+}
+
+/// The square with this base colour, roughness and extensions; returns the scene and the index of its material.
+fn of_material(name: &str, base: [f64; 3], roughness: f64, extensions: Value) -> (Scene, usize) {
+    let mut file = document();
+    let [r, g, b] = base;
+    file["materials"][0] = json!({
+        "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": roughness, "baseColorFactor": [r, g, b, 1]},
+        "extensions": extensions,
+    });
+    let scene = load_document(name, &file).unwrap_or_else(|e| panic!("{e}"));
+    let material = scene.shapes[0].material;
+    (scene, material)
+}
+
+fn assert_colour(spectrum: impl Fn(f64) -> f64, rgb: [f64; 3]) {
+    let colour = abbe::color::upsample::color_of_reflectance(spectrum);
+    assert!(colour.iter().zip(rgb).all(|(a, b)| (a - b).abs() < 3e-3), "{colour:?}, not {rgb:?}");
+}
+
+#[test]
+fn gltf_glass_is_tinted_by_its_base_colour_and_thin_glass_blurred_by_its_roughness() {
+    let transmission = json!({"KHR_materials_transmission": {"transmissionFactor": 1}});
+    let (thin, m) = of_material("tint-thin", [0.2, 0.6, 0.9], 0.5, transmission.clone());
+    let Material::ThinDielectric { alpha, tint: Some(tint), .. } = &thin.materials[m] else { panic!("no tinted pane") };
+    assert_eq!(*alpha, 0.25);
+    assert_colour(|nm| tint.average(nm), [0.2, 0.6, 0.9]);
+    let mut volume = transmission.clone();
+    volume["KHR_materials_volume"] = json!({"thicknessFactor": 1});
+    let (solid, m) = of_material("tint-solid", [0.2, 0.6, 0.9], 0.5, volume);
+    let Material::Dielectric { alpha: 0.25, tint: Some(tint), .. } = &solid.materials[m] else { panic!("no tinted solid") };
+    assert_colour(|nm| tint.average(nm), [0.2, 0.6, 0.9]);
+    let (clear, m) = of_material("tint-none", [1.0; 3], 0.0, transmission);
+    assert!(matches!(clear.materials[m], Material::ThinDielectric { alpha: 0.0, tint: None, .. }));
+}
+
+#[test]
+fn gltf_gloss_has_its_colour_and_any_index() {
+    let base = [0.1; 3];
+    let f0 = |n: f64| ((n - 1.0) / (n + 1.0)).powi(2);
+    let (coloured, m) =
+        of_material("gloss-colour", base, 0.0, json!({"KHR_materials_specular": {"specularColorFactor": [5, 2, 1]}}));
+    let Material::Coated { ior, .. } = &coloured.materials[m] else { panic!("no gloss") };
+    assert_colour(|nm| f0(ior.eval(nm)), [0.2, 0.08, 0.04]);
+    // A coat reflects a quarter at most; a mirror reflects the rest.
+    let (dense, m) = of_material("gloss-dense", base, 0.0, json!({"KHR_materials_ior": {"ior": 5}}));
+    let Material::Mix { a, b, weight } = &dense.materials[m] else { panic!("no mixture") };
+    assert!((weight.average(550.0) - (f0(5.0) - 0.25) / 0.75).abs() < 1e-9);
+    assert!(matches!(dense.materials[*a], Material::ColoredConductor { .. }));
+    assert!(matches!(&dense.materials[*b], Material::Coated { ior, .. } if (ior.eval(550.0) - 3.0).abs() < 1e-9));
+    let (infinite, m) = of_material("gloss-infinite", base, 0.0, json!({"KHR_materials_ior": {"ior": 0}}));
+    let Material::ColoredConductor { reflectance, .. } = &infinite.materials[m] else { panic!("no mirror") };
+    assert_eq!(reflectance.average(550.0), 1.0);
+    let (none, m) = of_material("gloss-none", base, 0.0, json!({"KHR_materials_ior": {"ior": 1}}));
+    assert!(matches!(none.materials[m], Material::Diffuse { .. }));
+}
+
+#[test]
+fn gltf_diffuse_transmission_is_a_share_of_its_paint() {
+    let extension = json!({"diffuseTransmissionFactor": 0.25, "diffuseTransmissionColorFactor": [0.9, 0.5, 0.1]});
+    let (scene, m) = of_material("through", [0.5; 3], 0.3, json!({"KHR_materials_diffuse_transmission": extension}));
+    let Material::Coated { base, .. } = scene.materials[m] else { panic!("no gloss") };
+    let Material::Mix { a, b, weight } = &scene.materials[base] else { panic!("no mixture") };
+    assert_eq!(weight.average(550.0), 0.25);
+    let Material::DiffuseTransmission { transmittance } = &scene.materials[*a] else { panic!("nothing gets through") };
+    assert_colour(|nm| transmittance.average(nm), [0.9, 0.5, 0.1]);
+    assert!(matches!(scene.materials[*b], Material::Diffuse { .. }));
+    assert!(!scene.notes.iter().any(|note| note.contains("transmission")), "{:?}", scene.notes);
 }
 
 #[test]
@@ -167,7 +235,7 @@ fn what_was_set_in_blender_comes_through() {
     // tools/make-blender-scene.py says what was set.
     let scene = load(&folder("tests/data/scenes/blender.glb"), &LoadOptions::default()).unwrap();
     let shape = |n: usize| &scene.shapes[n];
-    let Material::Dielectric { interior, alpha } = scene.materials[shape(0).material] else { panic!("not solid glass") };
+    let Material::Dielectric { interior, alpha, .. } = scene.materials[shape(0).material] else { panic!("not solid glass") };
     let glass = &scene.interiors[interior];
     assert_eq!((alpha, glass.name.as_str()), (0.0, "Glass"));
     assert!((glass.ior.nd() - 1.6).abs() < 1e-6 && (glass.ior.vd() - 40.0).abs() < 0.2, "{} {}", glass.ior.nd(), glass.ior.vd());

@@ -31,7 +31,7 @@ fn a_scene_says_how_its_metal_is_brushed() {
     }
     assert!(scene(r#"{"metal": "Al", "alpha": 0.2, "anisotropy": {"strength": 0}}"#).unwrap().grains.is_empty());
     for (bad, says) in [
-        (r#"{"metal": "Al", "anisotropy": {"strength": 0.5}}"#, "a smooth metal has no grain"),
+        (r#"{"metal": "Al", "anisotropy": {"strength": 0.5}}"#, "a smooth surface has no grain"),
         (r#"{"metal": "Al", "alpha": 0.2, "anisotropy": {"strength": 1.5}}"#, "anisotropy.strength"),
         (r#"{"metal": "Al", "alpha": 0.2, "anisotropy": {}}"#, "strength"),
     ] {

@@ -1,6 +1,8 @@
 //! glTF materials as Abbe's: metal is a conductor, transmission glass, the rest paint under a coat, and what lies between a mixture; alpha mixes with
 //! nothing at all. A clear coat lies on metal, and on paint in place of paint's own coat, from which nothing would tell it: their indices are the same.
 
+use crate::bsdf::energy::ETA_MAX;
+use crate::bsdf::fresnel;
 use crate::bsdf::sheen::LEAST;
 use crate::color::cie;
 use crate::color::upsample;
@@ -11,7 +13,7 @@ use crate::scene::json::{Node, THICKEST_FILM, THINNEST_FILM};
 use crate::scene::roughness::Roughness;
 use crate::scene::{Emission, Grain, Interior, Material, Texture, ThinFilm};
 use crate::spectrum::library::Observer;
-use crate::spectrum::{Ior, Spectrum};
+use crate::spectrum::{Ior, LINE_D_NM, Spectrum};
 
 /// A material and what it emits.
 #[derive(Clone)]
@@ -30,7 +32,6 @@ pub(in crate::scene) fn photometric(node: &Node, rgb: [f64; 3], factor: f64) -> 
 
 /// Extensions of materials that change only how they look, not what they are: named by what is lost.
 const LOST: &[(&str, &str)] = &[
-    ("KHR_materials_diffuse_transmission", "diffuse transmission"),
     ("KHR_materials_unlit", "\"unlit\" (such surfaces are lit like all others)"),
 ];
 
@@ -41,6 +42,9 @@ const SLOTS: &[&str] = &[
     "emissiveTexture",
     "transmissionTexture",
     "specularTexture",
+    "specularColorTexture",
+    "diffuseTransmissionTexture",
+    "diffuseTransmissionColorTexture",
     "clearcoatTexture",
     "clearcoatRoughnessTexture",
     "iridescenceTexture",
@@ -51,6 +55,9 @@ const SLOTS: &[&str] = &[
 
 /// Index of clear coats (KHR_materials_clearcoat).
 const CLEAR_COAT: f64 = 1.5;
+
+/// Indices above are as good as infinite: 10,000 reflects all but 0.04 %.
+const GREATEST_INDEX: f64 = 1e4;
 
 /// One glTF material being read.
 struct Reader<'r, 'n, 't> {
@@ -86,7 +93,7 @@ impl<'n> Reader<'_, 'n, '_> {
     /// The textureInfo of a slot, wherever it stands.
     fn info(&self, slot: &str) -> Option<Node<'n>> {
         let extensions =
-            ["transmission", "specular", "clearcoat", "iridescence", "sheen"].map(|name| format!("KHR_materials_{name}"));
+            ["transmission", "diffuse_transmission", "specular", "clearcoat", "iridescence", "sheen"].map(|name| format!("KHR_materials_{name}"));
         let places = [self.pbr.clone(), Some(self.node.clone())].into_iter().chain(extensions.map(|name| self.extension(&name)));
         places.flatten().find_map(|place| place.get(slot))
     }
@@ -100,10 +107,6 @@ impl<'n> Reader<'_, 'n, '_> {
             if self.extension(name).is_some() {
                 self.note(&format!("{lost}: ignored ({name})"));
             }
-        }
-        let specular = self.extension("KHR_materials_specular");
-        if specular.is_some_and(|s| s.get("specularColorFactor").or(s.get("specularColorTexture")).is_some()) {
-            self.note("the colour of specular reflection: ignored (KHR_materials_specular)");
         }
         if self.extension("KHR_materials_clearcoat").is_some_and(|c| c.get("clearcoatNormalTexture").is_some()) {
             self.note("normals of clear coats: ignored, they are those of what is under them (KHR_materials_clearcoat)");
@@ -169,7 +172,7 @@ impl<'n> Reader<'_, 'n, '_> {
             if grain.is_some() {
                 self.note("anisotropy of what is not metal: ignored, its gloss is the same in all directions (KHR_materials_anisotropy)");
             }
-            let paint = self.push(Material::Diffuse { reflectance: reflectance.clone() });
+            let paint = self.paint(&reflectance)?;
             let glossy = self.glossy(paint, &rough)?;
             let bare = self.lacquered(paint, glossy, &lacquer);
             surface = Some(self.under_sheen(bare, &sheen));
@@ -368,21 +371,89 @@ impl<'n> Reader<'_, 'n, '_> {
         self.mix(filmed, bare, share.clone())
     }
 
-    /// Paint with its gloss, as much of it as KHR_materials_specular leaves.
-    fn glossy(&mut self, paint: usize, rough: &Roughness) -> Result<usize> {
-        let ior = self.ior()?;
-        let specular = factor(self.extension("KHR_materials_specular").as_ref(), "specularFactor", 1.0, 1.0)?;
-        let specular = self.share(specular, "specularTexture", 3, None)?;
-        if specular.is_zero() || ior == Ior::constant(1.0) {
+    /// The colour of a slot: a picture times a factor, or that.
+    fn colour_of(&mut self, rgb: [f64; 3], slot: &str) -> Result<Texture> {
+        if let Some(info) = self.info(slot) {
+            let one = Spectrum::Constant(1.0);
+            if let Some(texture) = self.textures.read(&info, self.uv_set, Use::Reflectance(rgb), one, None)? {
+                return Ok(texture);
+            }
+        }
+        Ok(upsample::reflectance_from_linear_srgb(rgb).map_err(|e| self.node.fail(e, "use another colour"))?.into())
+    }
+
+    /// What is under the gloss: paint, of which KHR_materials_diffuse_transmission lets some light through.
+    fn paint(&mut self, reflectance: &Texture) -> Result<usize> {
+        let paint = self.push(Material::Diffuse { reflectance: reflectance.clone() });
+        let Some(node) = self.extension("KHR_materials_diffuse_transmission") else { return Ok(paint) };
+        let share = factor(Some(&node), "diffuseTransmissionFactor", 0.0, 1.0)?;
+        let share = self.share(share, "diffuseTransmissionTexture", 3, None)?;
+        if share.is_zero() {
             return Ok(paint);
         }
-        let coated = self.push_rough(rough, |alpha| Material::Coated { base: paint, ior: ior.clone(), alpha });
-        Ok(self.mix(coated, paint, specular))
+        let rgb = colour(Some(&node), "diffuseTransmissionColorFactor", [1.0; 3])?;
+        let transmittance = self.colour_of(rgb, "diffuseTransmissionColorTexture")?;
+        if self.extension("KHR_materials_volume").is_some() {
+            self.note("what is in a volume behind diffuse transmission: ignored (KHR_materials_volume)");
+        }
+        let sheet = self.push(Material::DiffuseTransmission { transmittance });
+        Ok(self.mix(sheet, paint, share))
+    }
+
+    /// Paint with its gloss, as much of it and of the colour as KHR_materials_specular says.
+    fn glossy(&mut self, paint: usize, rough: &Roughness) -> Result<usize> {
+        let node = self.extension("KHR_materials_specular");
+        let specular = factor(node.as_ref(), "specularFactor", 1.0, 1.0)?;
+        let specular = self.share(specular, "specularTexture", 3, None)?;
+        let ior = self.ior()?;
+        let rgb = colour_up_to(node.as_ref(), "specularColorFactor", [1.0; 3], f64::MAX)?;
+        let range = self.loader.reader.range;
+        let at_normal = |nm: f64| ior.as_ref().map_or(1.0, |ior| fresnel::dielectric(1.0, ior.eval(nm)));
+        let coloured = rgb != [1.0; 3];
+        // Above this much at normal incidence coats end: what more there is, a mirror reflects.
+        let by_coat = fresnel::dielectric(1.0, ETA_MAX);
+        let (coat, mirror) = match &ior {
+            Some(ior) if !coloured && at_normal(range.0).max(at_normal(range.1)) <= by_coat => (ior.clone(), None),
+            _ => {
+                let rgb = rgb.map(|c| (c * at_normal(LINE_D_NM)).min(1.0));
+                let f0 = upsample::reflectance_from_linear_srgb(rgb).map_err(|e| self.node.fail(e, "use another colour"))?;
+                let by_f0 = |f: &dyn Fn(f64) -> f64| match f0 {
+                    Spectrum::Constant(f0) => Spectrum::Constant(f(f0)),
+                    _ => Spectrum::sampled(range, |nm| f(f0.eval(nm))),
+                };
+                let index = |f0: f64| (1.0 + f0.min(by_coat).sqrt()) / (1.0 - f0.min(by_coat).sqrt());
+                let mirror = by_f0(&|f0| ((f0 - by_coat) / (1.0 - by_coat)).max(0.0));
+                (Ior::of_spectrum(&by_f0(&index), range), Some(mirror))
+            }
+        };
+        if specular.is_zero() || coat.matches(&Ior::constant(1.0), range.0, range.1) {
+            return Ok(paint);
+        }
+        let mut glossy = self.push_rough(rough, |alpha| Material::Coated { base: paint, ior: coat.clone(), alpha });
+        if let Some(share) = mirror.filter(|share| share.mean(range.0, range.1) > 0.0) {
+            let white = Texture::from(Spectrum::Constant(1.0));
+            let mirror = self.push_rough(rough, |alpha| Material::ColoredConductor { reflectance: white.clone(), alpha });
+            glossy = self.mix(mirror, glossy, share.into());
+        }
+        // A picture of that colour takes from all reflection alike.
+        let picture = self.colour_of([1.0; 3], "specularColorTexture")?;
+        let glossy = self.mix(glossy, paint, picture);
+        Ok(self.mix(glossy, paint, specular))
     }
 
     /// Glass of this roughness; its base colour tints what gets through, at each surface anew.
     fn glass(&mut self, base: &Texture, rough: &Roughness) -> Result<usize> {
-        let ior = self.ior()?;
+        let Some(ior) = self.ior()? else {
+            // An infinite index reflects all light.
+            let white = Texture::from(Spectrum::Constant(1.0));
+            return Ok(self.push_rough(rough, |alpha| Material::ColoredConductor { reflectance: white.clone(), alpha }));
+        };
+        if let Some(specular) = self.extension("KHR_materials_specular") {
+            let is_plain = |key: &str| specular.get(key).is_none();
+            if !["specularFactor", "specularTexture", "specularColorFactor", "specularColorTexture"].into_iter().all(is_plain) {
+                self.note("factor and colour of what glass reflects: ignored, its index says how much (KHR_materials_specular)");
+            }
+        }
         let tint = Some(base.clone()).filter(|tint| !matches!(tint, Texture::Uniform(Spectrum::Constant(1.0))));
         let name = self.node.get("name").and_then(|n| n.value.as_str()).unwrap_or("glass").to_string();
         let volume = self
@@ -403,19 +474,21 @@ impl<'n> Reader<'_, 'n, '_> {
     }
 
     /// The index of refraction: of the glass that the material's custom property "glass" names, or from KHR_materials_ior and the dispersion, which may
-    /// be a custom property too, as not every exporter knows KHR_materials_dispersion.
-    fn ior(&self) -> Result<Ior> {
+    /// be a custom property too, as not every exporter knows KHR_materials_dispersion. `None` stands for an infinite one, written as 0.
+    fn ior(&self) -> Result<Option<Ior>> {
         let extras = self.node.get("extras");
         if let Some(glass) = extras.as_ref().and_then(|e| e.get("glass")) {
-            return self.loader.reader.ior(&glass);
+            return self.loader.reader.ior(&glass).map(Some);
         }
-        let ior = factor(self.extension("KHR_materials_ior").as_ref(), "ior", 1.5, 10.0)?;
-        let ior = if ior == 0.0 { 1.5 } else { ior }; // 0 is a glTF idiom for old shading models
+        let ior = factor(self.extension("KHR_materials_ior").as_ref(), "ior", 1.5, f64::MAX)?;
+        if ior == 0.0 || ior > GREATEST_INDEX {
+            return Ok(None);
+        }
         let dispersion = factor(self.extension("KHR_materials_dispersion").or(extras).as_ref(), "dispersion", 0.0, 100.0)?;
         let ior = Ior::from_abbe_number(ior.max(0.1), if dispersion > 0.0 { 20.0 / dispersion } else { f64::INFINITY });
         let (lo, hi) = self.loader.reader.range;
         ior.check_range(lo, hi).map_err(|problem| self.node.fail(problem, "use a smaller dispersion"))?;
-        Ok(ior)
+        Ok(Some(ior))
     }
 
     fn emission(&mut self) -> Result<Option<Emission>> {
@@ -445,11 +518,15 @@ fn factor(node: Option<&Node>, key: &str, default: f64, most: f64) -> Result<f64
 }
 
 fn colour(node: Option<&Node>, key: &str, default: [f64; 3]) -> Result<[f64; 3]> {
+    colour_up_to(node, key, default, 1.0)
+}
+
+fn colour_up_to(node: Option<&Node>, key: &str, default: [f64; 3], most: f64) -> Result<[f64; 3]> {
     let Some(value) = node.and_then(|n| n.get(key)) else { return Ok(default) };
     let items = value.array(3)?;
     let mut rgb = [0.0; 3];
     for (c, item) in rgb.iter_mut().zip(&items) {
-        *c = item.within(0.0, 1.0)?;
+        *c = item.within(0.0, most)?;
     }
     Ok(rgb)
 }

@@ -1,8 +1,10 @@
-//! Indices of refraction: nothing is rendered.
+//! Indices of refraction, of which nothing is rendered, and what glass lets through.
 
-use super::LINES;
+use super::{LINES, all_bins, film};
+use crate::film::Film;
 use crate::spectrum::{Ior, LINE_C_NM, LINE_F_NM, library};
-use crate::validate::{Case, Row};
+use crate::validate::{Case, Row, View};
+use serde_json::{Value, json};
 
 /// Half of the sixth decimal, which the published indices end with.
 const SIXTH: f64 = 5.001e-7;
@@ -34,7 +36,7 @@ pub(super) fn cases() -> Vec<Case> {
     let mut glass = indices("N-BK7", [Some(1.522376), Some(1.516800), Some(1.514322)], 64.17);
     glass.extend(indices("N-SF11", [None, Some(1.784720), None], 25.68));
     glass.extend(indices("silica", [None, Some(1.458464), None], 67.82));
-    vec![
+    let mut cases = vec![
         Case { id: "glass", title: "Sellmeier indices and Abbe numbers of catalogue glasses", views: vec![], rows: glass },
         Case {
             id: "cauchy",
@@ -53,5 +55,66 @@ pub(super) fn cases() -> Vec<Case> {
                 number("khr-dispersion/bk7-C", bk7.eval(LINE_C_NM), 6e-5, abbe.eval(LINE_C_NM)),
             ],
         },
+    ];
+    cases.extend(tinted());
+    cases
+}
+
+/// Tinted and absorbing glass of index 1.5 before an even sky of radiance 1, seen along an axis or at 45 degrees.
+fn tinted() -> [Case; 3] {
+    let (tint, share): (Value, [f64; 2]) = (json!([[400, 0.3], [549.9, 0.3], [550.1, 0.6], [700, 0.6]]), [0.3, 0.6]);
+    let case = |id: &'static str, title, material: Value, shapes: Value, eye: [f64; 3], exact: &dyn Fn(f64) -> f64| {
+        let scene = json!({
+            "film": film(4, 4, 2),
+            "camera": {"orthographic": {"eye": eye, "target": [0, 0, 0], "height": 1e-3}},
+            "materials": {"m": material},
+            "shapes": shapes,
+            "lights": [{"constant": {"radiance": 1}}],
+        });
+        let rows = share.iter().enumerate().map(|(bin, &t)| {
+            let row = Row::new(format!("{id}/{bin}"), exact(t), 2e-3, move |f: &[Film]| vec![all_bins(&f[0])[bin]]);
+            row.floor(2e-4)
+        });
+        Case { id, title, views: vec![View::new(scene, 1024)], rows: rows.collect() }
+    };
+    let pane = |z: f64| json!({"disc": {"center": [0, 0, z], "normal": [0, 0, 1], "radius": 9}, "material": "m"});
+    // At normal incidence a face reflects 0.04; all bounces of a pane of such faces; at 45 degrees by Fresnel's equations.
+    let (face, both): (f64, f64) = (0.04, 0.08 / 1.04);
+    let cos_t = (1.0 - 0.5 / 2.25f64).sqrt();
+    let squares = |a: f64, b: f64| ((a - b) / (a + b)).powi(2);
+    let slanted = 0.5 * (squares(0.5f64.sqrt(), 1.5 * cos_t) + squares(1.5 * 0.5f64.sqrt(), cos_t));
+    [
+        case(
+            "tinted-panes",
+            "two tinted panes one behind the other: the square of the tint, and what is reflected to and fro between them",
+            json!({"thin_dielectric": {"ior": 1.5, "tint": tint}}),
+            json!([pane(0.0), pane(-1.0)]),
+            [0.0, 0.0, 5.0],
+            &|t| {
+                let through = t * (1.0 - both);
+                // From between the panes a way ends outside after each further reflection or passage.
+                both + through * (through + both * through) / (1.0 - both * both)
+            },
+        ),
+        case(
+            "absorbing-pane",
+            "a pane that absorbs, seen at 45 degrees: Beer-Lambert along the way within, by all inner bounces",
+            json!({"thin_dielectric": {"ior": 1.5, "absorption": {"color": tint, "distance": 0.01}, "thickness": 0.02}}),
+            json!([pane(0.0)]),
+            [5.0, 0.0, 5.0],
+            &|t| {
+                let way = t.powf(2.0 / cos_t);
+                let through = (1.0 - slanted).powi(2) * way / (1.0 - (slanted * way).powi(2));
+                slanted + through * slanted * way + through
+            },
+        ),
+        case(
+            "tinted-ball",
+            "a ball of glass whose surface is tinted, seen in its middle: a factor at each crossing",
+            json!({"dielectric": {"ior": 1.5, "tint": tint}}),
+            json!([{"sphere": {"center": [0, 0, 0], "radius": 1}, "material": "m"}]),
+            [0.0, 0.0, 5.0],
+            &|t| face + t * t * (1.0 - face).powi(2) / (1.0 - face),
+        ),
     ]
 }

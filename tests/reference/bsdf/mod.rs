@@ -11,6 +11,7 @@ use glam::{DVec3, dvec3};
 use std::f64::consts::PI;
 
 mod grain;
+mod pane;
 mod sheen;
 
 impl Random {

@@ -84,7 +84,7 @@ fn everything() -> Scene {
     s.interiors.push(Interior { sigma_s: ramp(3.0, 1.0), ..solid("haze", 1.0, 0) });
     let haze = material(&mut s, Material::Boundary { interior: Some(3) });
     shape(&mut s, haze, sphere(dvec3(0.0, 0.5, 0.0), 1.5));
-    let pane = material(&mut s, Material::ThinDielectric { ior: flint() });
+    let pane = material(&mut s, Material::thin_pane(flint()));
     shape(&mut s, pane, disc(dvec3(-0.7, 0.4, 1.2), DVec3::Z, 0.3));
     s.lights.push(Light::Constant { radiance: flat(1.0) });
     s
@@ -187,7 +187,7 @@ fn albedos_are_the_colours_of_reflectances() {
     let paint = material(&mut s, Material::Diffuse { reflectance: reflectance_from_linear_srgb(rgb).expect("a colour").into() });
     let metal = material(&mut s, Material::Conductor { eta: flat(0.5), k: flat(3.0), alpha: 0.2 });
     let crown = glass(&mut s, solid("crown", 1.5, 1), 0.0);
-    let pane = material(&mut s, Material::ThinDielectric { ior: flint() });
+    let pane = material(&mut s, Material::thin_pane(flint()));
     let nothing = material(&mut s, Material::Boundary { interior: None });
     let mixed = material(&mut s, Material::Mix { a: metal, b: paint, weight: flat(0.25).into() });
     let veil = material(&mut s, Material::Mix { a: nothing, b: mixed, weight: flat(0.9).into() });

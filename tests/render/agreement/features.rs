@@ -76,7 +76,7 @@ fn metal_in_water() -> Scene {
 
 fn pane() -> Scene {
     let mut s = hall(4);
-    let pane = material(&mut s, Material::ThinDielectric { ior: flint() });
+    let pane = material(&mut s, Material::thin_pane(flint()));
     shape(&mut s, pane, disc(dvec3(0.2, 0.7, 0.6), dvec3(0.5, 0.3, 0.8).normalize(), 0.5));
     shape(&mut s, pane, disc(dvec3(-0.4, 0.6, 0.0), dvec3(-0.2, 0.9, 0.3).normalize(), 0.5));
     s
@@ -91,11 +91,50 @@ fn mixture() -> Scene {
     })
 }
 
+/// Panes that blur and tint: one brushed, one that absorbs, one with a film on its faces of which half is not there; and tinted balls.
+fn tinted_panes() -> Scene {
+    let mut s = hall(4);
+    let pane = |alpha, depth| Material::ThinDielectric { ior: flint(), alpha, tint: Some(ramp(0.9, 0.3).into()), depth };
+    let blurred = material(&mut s, pane(0.2, flat(0.0)));
+    shape(&mut s, blurred, disc(dvec3(0.5, 0.7, 0.6), dvec3(0.4, 0.3, 0.8).normalize(), 0.45));
+    let brushed = material(&mut s, pane(0.1, ramp(0.1, 0.5)));
+    s.grains.insert(brushed, Grain { strength: 0.7, rotation: 0.6 });
+    shape(&mut s, brushed, disc(dvec3(-0.5, 0.8, 0.2), dvec3(-0.3, 0.4, 0.8).normalize(), 0.45));
+    let absorbing = material(&mut s, pane(0.0, ramp(0.4, 0.1)));
+    shape(&mut s, absorbing, disc(dvec3(0.0, 0.4, 0.9), dvec3(0.0, 0.6, 0.8), 0.3));
+    let filmed = material(&mut s, Material::thin_pane(flint()));
+    s.thin_films.insert(filmed, ThinFilm { ior: Ior::constant(2.4), thickness_nm: 130.0 });
+    let nothing = material(&mut s, Material::NOTHING);
+    let filmed = material(&mut s, Material::Mix { a: filmed, b: nothing, weight: flat(0.5).into() });
+    shape(&mut s, filmed, disc(dvec3(0.0, 1.2, -0.2), dvec3(0.1, 0.2, 1.0).normalize(), 0.5));
+    for (x, alpha) in [(-0.75, 0.0), (0.75, 0.3)] {
+        s.interiors.push(solid("tinted", 1.5, 1));
+        let interior = s.interiors.len() - 1;
+        let ball = material(&mut s, Material::Dielectric { interior, alpha, tint: Some(ramp(0.4, 0.9).into()) });
+        shape(&mut s, ball, sphere(dvec3(x, 0.25, 0.4), 0.2));
+    }
+    s
+}
+
+/// Sheets that let light through diffusely: a lampshade, half a sheet, one under lacquer, one under sheen.
+fn translucent_sheets() -> Scene {
+    let mut s = hall(4);
+    let sheet = material(&mut s, Material::DiffuseTransmission { transmittance: ramp(0.8, 0.3).into() });
+    shape(&mut s, sheet, sphere(dvec3(-0.7, 0.5, 0.2), 0.34));
+    let half = material(&mut s, Material::Mix { a: sheet, b: 0, weight: ramp(0.3, 0.8).into() });
+    shape(&mut s, half, disc(dvec3(0.1, 1.0, 0.4), dvec3(0.2, 0.3, 0.9).normalize(), 0.4));
+    let lacquered = coated(&mut s, half, 0.3);
+    shape(&mut s, lacquered, sphere(dvec3(0.7, 0.5, 0.2), 0.34));
+    let cloth = material(&mut s, Material::Sheen { base: half, color: ramp(0.9, 0.4), alpha: 0.25 });
+    shape(&mut s, cloth, sphere(dvec3(0.0, 0.3, 0.6), 0.25));
+    s
+}
+
 /// A soap bubble, glass with a film, and rough metal with one.
 fn films() -> Scene {
     let mut s = hall(4);
     let film = |n: f64, thickness_nm: f64| ThinFilm { ior: Ior::constant(n), thickness_nm };
-    let soap = material(&mut s, Material::ThinDielectric { ior: Ior::constant(1.33) });
+    let soap = material(&mut s, Material::thin_pane(Ior::constant(1.33)));
     s.thin_films.insert(soap, film(1.33, 350.0));
     shape(&mut s, soap, sphere(dvec3(-0.7, 0.5, 0.2), 0.34));
     let flint = glass(&mut s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0);
@@ -445,6 +484,8 @@ agree! {
     metal_of_a_colour_alone, 16, 1.0, metal_of_a_colour(0.3);
     metals_in_water, 88, 1.0, metal_in_water();
     thin_panes, 16, 1.0, pane();
+    panes_and_balls_that_tint_and_blur, 40, 1.0, tinted_panes();
+    diffuse_transmission, 24, 1.0, translucent_sheets();
     #[ignore = "long: in tools/soak"] mixtures, 24, 1.0, mixture();
     thin_films, 40, 1.0, films();
     #[ignore = "long: in tools/soak"] a_film_on_plain_glass, 16, 1.0, film_on_plain_glass();

@@ -102,8 +102,20 @@ fn rough_surfaces_in_uniform_light_cannot_be_seen() {
         s.grains.insert(m, Grain { strength, rotation: 0.4 });
         m
     };
+    let pane = |s: &mut Scene, alpha, brushed: Option<f64>| {
+        let clear = Material::ThinDielectric { ior: Ior::constant(1.5), alpha, tint: None, depth: flat(0.0) };
+        let m = material(s, clear);
+        if let Some(strength) = brushed {
+            s.grains.insert(m, Grain { strength, rotation: 0.4 });
+            s.thin_films.insert(m, ThinFilm { ior: Ior::constant(2.4), thickness_nm: 120.0 });
+        }
+        m
+    };
     balls_cannot_be_seen(&[
         ("rough mirror", 8, &|s| mirror(s, 0.5)),
+        ("rough pane", 24, &|s| pane(s, 0.4, None)),
+        ("brushed pane with a film", 40, &|s| pane(s, 0.1, Some(0.8))),
+        ("translucent", 8, &|s| material(s, Material::DiffuseTransmission { transmittance: flat(1.0).into() })),
         ("brushed mirror 0.05 0.7", 8, &|s| brushed(s, 0.05, 0.7)),
         ("brushed mirror 0.3 1", 8, &|s| brushed(s, 0.3, 1.0)),
     ]);

@@ -158,7 +158,7 @@ pub fn roughness() -> Scene {
     let metal = graded(&mut s, &|alpha| Material::ColoredConductor { reflectance: picture.clone(), alpha });
     shape(&mut s, metal, quad(dvec3(-2.0, 0.0, 2.0), DVec3::X * 4.0, DVec3::Z * -3.0));
     s.interiors.push(Interior { ior: flint(), ..solid("flint", 1.0, 1) });
-    let glass = graded(&mut s, &|alpha| Material::Dielectric { interior: 1, alpha });
+    let glass = graded(&mut s, &|alpha| Material::Dielectric { interior: 1, alpha, tint: None });
     shape(&mut s, glass, ball(dvec3(0.4, 0.4, 0.3), 0.35));
     let paint = material(&mut s, Material::Diffuse { reflectance: picture.clone() });
     let coat = graded(&mut s, &|alpha| Material::Coated { base: paint, ior: flint(), alpha });
