@@ -280,9 +280,8 @@ impl<'a> Surface<'a> {
                 if let Some(facets) = facets {
                     let ([u0, u1], [u2, u3]) = (rng.next2(), rng.next2());
                     let sampled = RoughPane { facets: *facets }.sample(wo, q, [u0, u1, u2, u3]);
-                    return sampled.map_or(vec![], |(wi, weight, cos)| {
-                        one(wi, wi.z < 0.0, &|i| weight * side(cos, wi.z > 0.0, i))
-                    });
+                    return sampled
+                        .map_or(vec![], |(wi, weight, cos)| one(wi, wi.z < 0.0, &|i| weight * side(cos, wi.z > 0.0, i)));
                 }
                 let reflects = rng.next() < q(wo.z);
                 let wi = if reflects { fresnel::reflect(wo, DVec3::Z) } else { -wo };

@@ -209,9 +209,9 @@ impl Material {
     /// GGX width of what may have a grain, to be changed.
     pub(super) fn grained_alpha_mut(&mut self) -> Option<&mut f64> {
         match self {
-            Material::ThinDielectric { alpha, .. } | Material::Conductor { alpha, .. } | Material::ColoredConductor { alpha, .. } => {
-                Some(alpha)
-            }
+            Material::ThinDielectric { alpha, .. }
+            | Material::Conductor { alpha, .. }
+            | Material::ColoredConductor { alpha, .. } => Some(alpha),
             _ => None,
         }
     }

@@ -373,8 +373,7 @@ fn glass_of_scenes_is_tinted_absorbs_and_blurs() {
     assert!((tint.average(550.0) - 0.5).abs() < 1e-12);
     // Half is left after 1 cm, so a quarter after 2.
     let dark = r#"{"color": 0.5, "distance": 0.01}"#;
-    let pane =
-        scene(&format!(r#"{{"thin_dielectric": {{"ior": 1.5, "absorption": {dark}, "thickness": 0.02}}}}"#)).unwrap();
+    let pane = scene(&format!(r#"{{"thin_dielectric": {{"ior": 1.5, "absorption": {dark}, "thickness": 0.02}}}}"#)).unwrap();
     let Material::ThinDielectric { depth, .. } = &pane.materials[0] else { panic!("no pane") };
     assert!((depth.eval(550.0) - 4f64.ln()).abs() < 1e-12 && pane.thin_films.is_empty());
     let solid = scene(&format!(r#"{{"dielectric": {{"ior": 1.5, "absorption": {dark}, "tint": 0.7}}}}"#)).unwrap();

@@ -31,9 +31,7 @@ pub(in crate::scene) fn photometric(node: &Node, rgb: [f64; 3], factor: f64) -> 
 }
 
 /// Extensions of materials that change only how they look, not what they are: named by what is lost.
-const LOST: &[(&str, &str)] = &[
-    ("KHR_materials_unlit", "\"unlit\" (such surfaces are lit like all others)"),
-];
+const LOST: &[(&str, &str)] = &[("KHR_materials_unlit", "\"unlit\" (such surfaces are lit like all others)")];
 
 /// Textures that are read. Those of one material use one set of coordinates.
 const SLOTS: &[&str] = &[
@@ -92,8 +90,8 @@ impl<'n> Reader<'_, 'n, '_> {
 
     /// The textureInfo of a slot, wherever it stands.
     fn info(&self, slot: &str) -> Option<Node<'n>> {
-        let extensions =
-            ["transmission", "diffuse_transmission", "specular", "clearcoat", "iridescence", "sheen"].map(|name| format!("KHR_materials_{name}"));
+        let extensions = ["transmission", "diffuse_transmission", "specular", "clearcoat", "iridescence", "sheen"]
+            .map(|name| format!("KHR_materials_{name}"));
         let places = [self.pbr.clone(), Some(self.node.clone())].into_iter().chain(extensions.map(|name| self.extension(&name)));
         places.flatten().find_map(|place| place.get(slot))
     }
@@ -338,7 +336,13 @@ impl<'n> Reader<'_, 'n, '_> {
         Ok((!share.is_zero() && thickness_nm > 0.0).then_some((share, ThinFilm { ior, thickness_nm })))
     }
 
-    fn filmed_glass(&mut self, bare: usize, tint: &Texture, rough: &Roughness, film: &Option<(Texture, ThinFilm)>) -> Result<usize> {
+    fn filmed_glass(
+        &mut self,
+        bare: usize,
+        tint: &Texture,
+        rough: &Roughness,
+        film: &Option<(Texture, ThinFilm)>,
+    ) -> Result<usize> {
         let Some((share, film)) = film else { return Ok(bare) };
         let is_rough = |m: &usize| matches!(self.loader.scene.materials[*m], Material::Dielectric { alpha, .. } if alpha > 0.0);
         if self.loader.scene.made_of(bare).iter().any(is_rough) {

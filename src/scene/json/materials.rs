@@ -12,8 +12,18 @@ use crate::spectrum::{Ior, Spectrum, library};
 use std::collections::HashMap;
 
 /// Kinds of material.
-const MATERIALS: &[&str] =
-    &["diffuse", "diffuse_transmission", "dielectric", "thin_dielectric", "conductor", "coated", "sheen", "mix", "boundary", "normal_map"];
+const MATERIALS: &[&str] = &[
+    "diffuse",
+    "diffuse_transmission",
+    "dielectric",
+    "thin_dielectric",
+    "conductor",
+    "coated",
+    "sheen",
+    "mix",
+    "boundary",
+    "normal_map",
+];
 
 /// The keys of materials, and of what a glTF file's material is replaced with.
 pub(super) const KEYS: Keys = &[
@@ -215,12 +225,13 @@ impl Materials {
                         absorption_of(loader, &absorption, inner.get("ior").as_ref())?.scaled(thickness.length()?)
                     }
                     (Some(absorption), None) => {
-                        return Err(absorption.fail("a pane without a thickness has nothing that absorbs", "add \"thickness\" in m"));
+                        return Err(
+                            absorption.fail("a pane without a thickness has nothing that absorbs", "add \"thickness\" in m")
+                        );
                     }
                 };
                 let (roughness, tint) = (loader.roughness(&inner)?, tint(loader, &inner)?);
-                let pane =
-                    |alpha| Material::ThinDielectric { ior: ior.clone(), alpha, tint: tint.clone(), depth: depth.clone() };
+                let pane = |alpha| Material::ThinDielectric { ior: ior.clone(), alpha, tint: tint.clone(), depth: depth.clone() };
                 loader.rough(&roughness, pane)
             }
             "conductor" => {
