@@ -114,7 +114,7 @@ fn rough_surfaces_in_uniform_light_cannot_be_seen() {
     balls_cannot_be_seen(&[
         ("rough mirror", 8, &|s| mirror(s, 0.5)),
         ("rough pane", 24, &|s| pane(s, 0.4, None)),
-        ("brushed pane with a film", 40, &|s| pane(s, 0.1, Some(0.8))),
+        ("brushed pane with a film", 40, &|s| pane(s, 0.3, Some(0.5))),
         ("translucent", 8, &|s| material(s, Material::DiffuseTransmission { transmittance: flat(1.0).into() })),
         ("brushed mirror 0.05 0.7", 8, &|s| brushed(s, 0.05, 0.7)),
         ("brushed mirror 0.3 1", 8, &|s| brushed(s, 0.3, 1.0)),
