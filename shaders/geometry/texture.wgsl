@@ -3,6 +3,9 @@
 #include "common/spectra.wgsl"
 #include "geometry/primitives.wgsl"
 #include "geometry/surface.wgsl"
+#if TANGENTS
+#include "geometry/tangent.wgsl"
+#endif
 #if CAMERA_PATHS || LIGHT_PATHS
 #include "bsdf/bsdf.wgsl"
 #endif
@@ -188,10 +191,22 @@ fn mapped_normal(index: u32, s: Surface) -> vec3f {
     let side = select(1.0, -1.0, d1.x * d2.y - d1.y * d2.x < 0.0);
     let along_u = side * (d2.y * e1 - d1.y * e2);
     let along_v = side * (d1.x * e2 - d2.x * e1);
-    let across = along_u - dot(s.ns, along_u) * s.ns;
+#if TANGENTS
+    let own = tangent_at(s);
+    let has_own = dot(own.xyz, own.xyz) > 0.0;
+    let along = select(along_u, own.xyz, has_own);
+#else
+    let along = along_u;
+#endif
+    let across = along - dot(s.ns, along) * s.ns;
     let tangent = across * inverseSqrt(max(dot(across, across), 1e-37));
     let bitangent = cross(s.ns, tangent);
-    let up = select(bitangent, -bitangent, dot(bitangent, along_v) > 0.0);
+#if TANGENTS
+    let turns = select(dot(bitangent, along_v) > 0.0, own.w < 0.0, has_own);
+#else
+    let turns = dot(bitangent, along_v) > 0.0;
+#endif
+    let up = select(bitangent, -bitangent, turns);
     let turned = n.x * tangent + n.y * up + n.z * s.ns;
     let size = dot(turned, turned);
     return select(s.ns, turned * inverseSqrt(max(size, 1e-37)), dot(across, across) > 0.0 && dot(turned, s.n) > 0.0);

@@ -14,7 +14,10 @@ fn intensity_along(light: Light, d: vec3f) -> f32 {
         return profile_towards(light, d).x;
     }
 #endif
-    return select(1.0, smoothstep(light.p2.y, light.p2.x, dot(d, light.p1.xyz)), light.kind == LIGHT_KIND_SPOT);
+    let eased = smoothstep(light.p2.y, light.p2.x, dot(d, light.p1.xyz));
+    let share = clamp((dot(d, light.p1.xyz) - light.p2.y) / (light.p2.x - light.p2.y), 0.0, 1.0);
+    let falloff = select(eased, share * share, light.p2.z > 0.0);
+    return select(1.0, falloff, light.kind == LIGHT_KIND_SPOT);
 }
 
 fn sample_li_point(light: Light, p: vec3f) -> LightSample {

@@ -48,6 +48,12 @@ pub struct Overrides {
     /// Let the scene name files outside its own folder
     #[arg(long)]
     pub allow_outside: bool,
+    /// Take closed meshes of glass without a thickness as solid, as Blender's exporter writes them
+    #[arg(long)]
+    pub solid_glass: bool,
+    /// Light a glTF file that has no light by a soft studio, which shows gloss, instead of even daylight
+    #[arg(long)]
+    pub studio: bool,
 }
 
 impl Overrides {
@@ -65,6 +71,8 @@ impl Overrides {
             channels: self.channels,
             max_depth: self.max_depth,
             settings: self.settings.clone(),
+            solid_glass: self.solid_glass,
+            studio: self.studio,
         }
     }
 }

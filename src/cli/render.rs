@@ -116,7 +116,7 @@ impl From<StopArgs> for Stop {
 impl Args {
     /// What another process needs to know to go on with this render.
     fn request(&self, scene: &Path) -> Value {
-        let Overrides { size, channels, max_depth, settings, allow_outside } = &self.overrides;
+        let Overrides { size, channels, max_depth, settings, allow_outside, solid_glass, studio } = &self.overrides;
         json!({
             "scene": std::path::absolute(scene).unwrap_or_else(|_| scene.to_path_buf()).to_string_lossy(),
             "size": size.map(|(w, h)| [w, h]),
@@ -124,6 +124,8 @@ impl Args {
             "max_depth": max_depth,
             "set": settings.iter().map(Setting::text).collect::<Vec<_>>(),
             "allow_outside": allow_outside,
+            "solid_glass": solid_glass,
+            "studio": studio,
             "seed": self.seed,
             "techniques": self.techniques.json(),
             "device": self.device,
@@ -155,6 +157,7 @@ impl Args {
         };
         let request = checkpoint::request_of(exr)?;
         let number = |name: &str| request[name].as_u64().and_then(|n| u32::try_from(n).ok());
+        let flag = |name: &str| request[name].as_bool().unwrap_or(false);
         let pair = |name: &str| {
             let numbers = request[name].as_array()?.iter().filter_map(|n| u32::try_from(n.as_u64()?).ok());
             numbers.collect::<Vec<_>>().try_into().ok().map(|[a, b]: [u32; 2]| (a, b))
@@ -166,7 +169,9 @@ impl Args {
             channels: number("channels"),
             max_depth: number("max_depth"),
             settings: texts("set").filter_map(|text| Setting::parse(text).ok()).collect(),
-            allow_outside: request["allow_outside"].as_bool().unwrap_or(false),
+            allow_outside: flag("allow_outside"),
+            solid_glass: flag("solid_glass"),
+            studio: flag("studio"),
         };
         args.checkpoint.share = pair("share").and_then(|(number, of)| Share::new(number, of));
         args.seed = request["seed"].as_u64().unwrap_or(0);

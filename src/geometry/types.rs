@@ -49,7 +49,7 @@ pub struct Mesh {
     pub normals: Vec<DVec3>,
     /// Texture coordinates per vertex, (0, 0) being the upper left corner of a picture and (1, 1) the lower right; or empty.
     pub uvs: Vec<DVec2>,
-    /// Tangents per vertex, for materials with a grain, or empty: the direction of growing u, and 1, or -1 where the picture is seen mirrored.
+    /// Tangents per vertex, for materials with a grain or a picture of normals, or empty: the direction of growing u, and 1, or -1 where the picture is seen mirrored.
     pub tangents: Vec<DVec4>,
     /// Vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,

@@ -120,7 +120,7 @@ shared_constants! {
     /// `p0`: position; `p1`: any axis; `p2.w`, here and of spots, profiles and beams: by how much of itself the way to a light that lies in a surface is
     /// short, else 0.
     LIGHT_KIND_POINT = 4;
-    /// `p0`: position; `p1`: axis; `p2`: cosines of inner and outer angle.
+    /// `p0`: position; `p1`: axis; `p2`: cosines of inner and outer angle, and 1 if intensity falls as a square between them, 0 if smoothly.
     LIGHT_KIND_SPOT = 5;
     /// `p0`: origin; `p1`: direction; `p2.x`: radius.
     LIGHT_KIND_BEAM = 6;

@@ -59,11 +59,8 @@ features! {
     /// Meshes that stand in many places.
     Instances "INSTANCES" in Shapes as "shared meshes" if |n| n.shape(|g| matches!(g, Geometry::Instance(_)));
     /// Shading normals or tangents of vertices.
-    SmoothNormals "SMOOTH_NORMALS" in Shapes as "smooth normals" if |n| n.shape(|g| match g {
-        Geometry::Mesh(mesh) => has_normals(mesh),
-        Geometry::Instance(instance) => has_normals(instance.mesh()),
-        _ => false,
-    });
+    SmoothNormals "SMOOTH_NORMALS" in Shapes as "smooth normals"
+        if |n| n.mesh(|mesh| !mesh.normals.is_empty() || !mesh.tangents.is_empty());
     /// Lambertian surfaces that let light through.
     DiffuseTransmission "DIFFUSE_TRANSMISSION" in Materials as "diffuse transmission"
         if |n| n.material(|m| matches!(m, Material::DiffuseTransmission { .. }));
@@ -124,6 +121,8 @@ features! {
     Mix "MIX" in Materials as "mixtures" if |n| n.material(|m| matches!(m, Material::Mix { .. }));
     /// Shading normals from pictures.
     NormalMaps "NORMAL_MAPS" in Materials as "normal maps" if |n| n.material(|m| matches!(m, Material::NormalMapped { .. }));
+    /// Shading normals from pictures on meshes that have tangents of their own.
+    Tangents "TANGENTS" if |n| n.has(Feature::NormalMaps) && n.mesh(|mesh| !mesh.tangents.is_empty());
     /// Lamps that show pictures.
     LightTextures "LIGHT_TEXTURES" if |n| {
         n.scene.shapes.iter().any(|s| s.emission.as_ref().is_some_and(|e| e.radiance.image().is_some()))
@@ -348,6 +347,14 @@ impl<'a> Needs<'a> {
         self.scene.shapes.iter().any(|s| f(&s.geometry))
     }
 
+    fn mesh(&self, f: impl Fn(&Mesh) -> bool) -> bool {
+        self.shape(|geometry| match geometry {
+            Geometry::Mesh(mesh) => f(mesh),
+            Geometry::Instance(instance) => f(instance.mesh()),
+            _ => false,
+        })
+    }
+
     fn emitter(&self, f: impl Fn(&Geometry) -> bool) -> bool {
         self.scene.shapes.iter().any(|s| f(&s.geometry) && s.emission.as_ref().is_some_and(|e| !e.radiance.is_zero()))
     }
@@ -379,10 +386,6 @@ pub(super) const SCATTERING: [Feature; 7] = [
     Feature::RoughCoat,
     Feature::Sheen,
 ];
-
-fn has_normals(mesh: &Mesh) -> bool {
-    !mesh.normals.is_empty() || !mesh.tangents.is_empty()
-}
 
 /// Materials that a path can meet: those of shapes, and what they mix.
 fn used_materials(scene: &Scene) -> Vec<usize> {

@@ -6,7 +6,7 @@ use super::start::{off_light, on_surface};
 use super::walk::{Path, WavelengthSample};
 use crate::bsdf::sample_cosine;
 use crate::geometry::world::Ray;
-use crate::scene::{EnvironmentMap, Geometry, Light, Mesh, Scene};
+use crate::scene::{EnvironmentMap, Geometry, Light, Mesh, Scene, spot_solid_angle};
 use crate::spectrum::Spectrum;
 use glam::{DMat3, DVec2, DVec3, dvec3};
 use std::f64::consts::PI;
@@ -71,8 +71,8 @@ impl Emitters {
             let texels = if let Light::Image(map) = l { running_radiance(scene, map) } else { vec![] };
             let power = match l {
                 Light::Point { intensity, .. } => 4.0 * PI * mean(intensity),
-                Light::Spot { intensity, cos_inner, cos_outer, .. } => {
-                    2.0 * PI * (1.0 - 0.5 * (cos_inner + cos_outer)) * mean(intensity)
+                Light::Spot { intensity, cos_inner, cos_outer, falloff, .. } => {
+                    spot_solid_angle(*cos_inner, *cos_outer, *falloff) * mean(intensity)
                 }
                 Light::Profile { intensity, profile, .. } => profile.solid_angle() * mean(intensity),
                 Light::Beam { radius, irradiance, .. } => PI * radius * radius * mean(irradiance),
@@ -105,10 +105,10 @@ impl Stage {
             (Light::Point { position, intensity }, _) => {
                 (Ray::new(*position, on_cone(DVec3::Y, -1.0, rng)), wavelengths(&|nm| 4.0 * PI * intensity.eval(nm)))
             }
-            (Light::Spot { position, direction, intensity, cos_inner, cos_outer }, _) => {
+            (Light::Spot { position, direction, intensity, cos_inner, cos_outer, falloff }, _) => {
                 let dir = on_cone(*direction, *cos_outer, rng);
-                let x = ((dir.dot(*direction) - cos_outer) / (cos_inner - cos_outer)).clamp(0.0, 1.0);
-                let weight = x * x * (3.0 - 2.0 * x) * 2.0 * PI * (1.0 - cos_outer);
+                let share = (dir.dot(*direction) - cos_outer) / (cos_inner - cos_outer);
+                let weight = falloff.at(share) * 2.0 * PI * (1.0 - cos_outer);
                 (Ray::new(*position, dir), wavelengths(&|nm| weight * intensity.eval(nm)))
             }
             (Light::Profile { position, axes, intensity, profile }, _) => {

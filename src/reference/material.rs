@@ -134,7 +134,7 @@ impl Stage {
                 Material::NormalMapped { base, normals } => {
                     if let Geometry::Mesh(mesh) = &shape.geometry {
                         let triangle = (hit.prim - self.world.first_prim(hit.shape)) as usize;
-                        hit.ns = mesh.mapped_normal(triangle, hit.uv, hit.ng, hit.ns, normals);
+                        hit.ns = mesh.mapped_normal(triangle, hit.p, hit.uv, hit.ng, hit.ns, normals);
                     }
                     index = *base;
                     continue;

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
 use crate::scene::roughness::SMOOTH;
-use crate::scene::{Geometry, Mesh, Scene};
+use crate::scene::{Geometry, Material, Mesh, Scene};
 use glam::{DVec2, DVec3, DVec4};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -73,6 +73,12 @@ impl Loader {
 }
 
 impl Scene {
+    /// Does this material look other where a mesh's tangents point elsewhere: by its grain, or a picture of normals?
+    pub(super) fn follows_tangents(&self, index: usize) -> bool {
+        let is_mapped = |i: &usize| matches!(self.materials[*i], Material::NormalMapped { .. });
+        self.has_grain(index) || self.made_of(index).iter().any(is_mapped)
+    }
+
     /// Is there a grain in this material?
     pub(super) fn has_grain(&self, index: usize) -> bool {
         self.made_of(index).iter().any(|i| self.grains.contains_key(i))

@@ -19,7 +19,7 @@ pub enum Light {
         /// W sr^-1 nm^-1.
         intensity: Spectrum,
     },
-    /// Point with a cone; intensity falls smoothly (smoothstep in the cosine) from the inner to the outer cosine.
+    /// Point with a cone; intensity falls from the inner to the outer cosine.
     Spot {
         /// Where.
         position: DVec3,
@@ -31,6 +31,8 @@ pub enum Light {
         cos_inner: f64,
         /// Cosine beyond which it is zero; less than `cos_inner`.
         cos_outer: f64,
+        /// How it falls between the two.
+        falloff: Falloff,
     },
     /// Point with a measured distribution.
     Profile {
@@ -70,6 +72,34 @@ pub enum Light {
     },
     /// Light from a latitude-longitude picture.
     Image(Arc<EnvironmentMap>),
+}
+
+/// How a spot's intensity falls, by the share of the way from the outer to the inner cosine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Falloff {
+    /// Smoothstep, `x^2 (3 - 2 x)`.
+    Smooth,
+    /// `x^2` (KHR_lights_punctual).
+    Squared,
+}
+
+impl Falloff {
+    /// Intensity over the greatest at the share `x` of the way.
+    pub fn at(self, x: f64) -> f64 {
+        let x = x.clamp(0.0, 1.0);
+        match self {
+            Falloff::Smooth => x * x * (3.0 - 2.0 * x),
+            Falloff::Squared => x * x,
+        }
+    }
+
+    /// Its mean over the cosines between the two cones.
+    pub fn mean(self) -> f64 {
+        match self {
+            Falloff::Smooth => 0.5,
+            Falloff::Squared => 1.0 / 3.0,
+        }
+    }
 }
 
 /// Where a light stands that is not distant, and where its light goes.
@@ -153,7 +183,7 @@ impl Light {
     fn extent(&self) -> Option<f64> {
         match self {
             Light::Point { .. } => Some(4.0 * PI),
-            Light::Spot { cos_inner, cos_outer, .. } => Some(spot_solid_angle(*cos_inner, *cos_outer)),
+            Light::Spot { cos_inner, cos_outer, falloff, .. } => Some(spot_solid_angle(*cos_inner, *cos_outer, *falloff)),
             Light::Profile { profile, .. } => Some(profile.solid_angle()),
             Light::Beam { radius, .. } => Some(PI * radius * radius),
             Light::Sun { .. } | Light::Constant { .. } | Light::Image(_) => None,
@@ -183,9 +213,9 @@ impl Light {
     }
 }
 
-/// Integral of a spot's falloff over directions: the smoothstep between the cosines counts half.
-pub(super) fn spot_solid_angle(cos_inner: f64, cos_outer: f64) -> f64 {
-    2.0 * PI * (1.0 - 0.5 * (cos_inner + cos_outer))
+/// Integral of a spot's intensity over directions, the greatest being 1, sr.
+pub(crate) fn spot_solid_angle(cos_inner: f64, cos_outer: f64, falloff: Falloff) -> f64 {
+    2.0 * PI * (1.0 - cos_inner + falloff.mean() * (cos_inner - cos_outer))
 }
 
 /// A latitude-longitude picture of radiance. Row 0 is +Y; column 0 is centred half a texel past +X and columns run towards +Z

@@ -9,7 +9,7 @@ mod sweep;
 
 use abbe::output::SpectralImage;
 use abbe::scene::{LoadOptions, load, load_str};
-use mutation::{Random, mutate};
+use mutation::{Random, mutate, mutate_json};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -69,6 +69,15 @@ const CORPUS: &[(&str, Kind)] = &[
     ("tests/data/scenes/lamp.ies", Kind::Profile),
     ("tests/data/fichet_emissive_20.exr", Kind::Exr),
     ("tests/data/fichet_reflective_20.exr", Kind::Exr),
+];
+
+/// glTF files whose JSON is changed value by value: the reader's crate takes on trust what is not checked before it.
+const DOCUMENTS: &[&str] = &[
+    "tests/data/scenes/everything.gltf",
+    "tests/data/scenes/glass.gltf",
+    "tests/data/scenes/blender.glb",
+    "tests/data/scenes/bumpy.gltf",
+    "tests/data/scenes/everything.gltf",
 ];
 
 /// Processor time of this process, user's and system's (proc(5), in hundredths of a second), or where that is not told the time.
@@ -179,6 +188,46 @@ fn no_input_panics_hangs_or_asks_for_memory_that_its_size_does_not_explain() {
         memory::greatest() >> 20
     );
     // The mutations are gentle enough that both outcomes are exercised.
+    assert!(accepted > total / 50 && accepted < total - total / 50, "{accepted} of {total} accepted");
+}
+
+/// A .glb or .gltf file with changed JSON.
+fn with_changed_json(bytes: &[u8], random: &mut Random) -> Vec<u8> {
+    let end = bytes.starts_with(b"glTF").then(|| 20 + u32::from_le_bytes(bytes[12..16].try_into().expect("a chunk")) as usize);
+    let text = end.map_or(bytes, |end| &bytes[20..end]);
+    let mut document = serde_json::from_slice(text).expect("JSON");
+    mutate_json(&mut document, random);
+    let mut text = document.to_string().into_bytes();
+    let Some(end) = end else { return text };
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let length = (bytes.len() - end + 20 + text.len()) as u32;
+    [
+        b"glTF".as_slice(),
+        &2u32.to_le_bytes(),
+        &length.to_le_bytes(),
+        &(text.len() as u32).to_le_bytes(),
+        b"JSON",
+        &text,
+        &bytes[end..],
+    ]
+    .concat()
+}
+
+#[test]
+fn no_value_in_the_json_of_a_gltf_file_makes_its_reader_panic() {
+    let total: usize = sweep::count(5000);
+    let folder = std::env::temp_dir().join(format!("abbe-hostile-gltf-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let mut random = Random(2);
+    let mut accepted = 0;
+    for (i, file) in DOCUMENTS.iter().cycle().enumerate().take(total) {
+        let bytes = with_changed_json(&std::fs::read(project(file)).expect("a file that ships"), &mut random);
+        let name = Path::new(file).file_name().expect("a name").to_string_lossy().into_owned();
+        let kind = if i % 8 == 7 { Kind::Mesh } else { Kind::Gltf };
+        accepted += usize::from(watched(kind, &bytes, &folder, &name, &format!("json-{i}")));
+    }
+    std::fs::remove_dir_all(&folder).expect("the folder");
+    println!("{total} documents: {accepted} accepted");
     assert!(accepted > total / 50 && accepted < total - total / 50, "{accepted} of {total} accepted");
 }
 

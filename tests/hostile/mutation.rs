@@ -1,5 +1,7 @@
 //! Changes to files that tend to bring out what readers take for granted.
 
+use serde_json::{Value, json};
+
 /// A small deterministic generator (SplitMix64; Steele et al. 2014).
 pub struct Random(pub u64);
 
@@ -72,5 +74,85 @@ pub fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
                 bytes.splice(at..to, NASTY[random.below(NASTY.len())].bytes());
             }
         }
+    }
+}
+
+/// Changes one to four values of a JSON document: to nasty ones, to others of it, by one; or leaves them out, or doubles them.
+pub fn mutate_json(document: &mut Value, random: &mut Random) {
+    for _ in 0..1 + random.below(4) {
+        let mut places = Vec::new();
+        list(document, String::new(), &mut places);
+        let place = &places[random.below(places.len())];
+        let other = document.pointer(&places[random.below(places.len())]).cloned().expect("a place of the list");
+        let (parent, key) = place.rsplit_once('/').unwrap_or_default();
+        let Some(value) = document.pointer_mut(place) else { continue };
+        let number = value.as_i64();
+        match (random.below(6), value) {
+            (0 | 1, value) => *value = nasty(random),
+            (2, value) => *value = other,
+            (3, Value::Array(items)) => items.extend(items.last().cloned()),
+            (4, value) if number.is_some() => *value = json!(number.unwrap_or(0).saturating_add([-1, 1, 255][random.below(3)])),
+            _ => match document.pointer_mut(parent) {
+                Some(Value::Object(map)) => drop(map.remove(key)),
+                Some(Value::Array(items)) => drop(items.pop()),
+                _ => {}
+            },
+        }
+    }
+}
+
+fn nasty(random: &mut Random) -> Value {
+    let all = json!([
+        -1,
+        0,
+        1,
+        2,
+        3,
+        4,
+        5,
+        6,
+        7,
+        12,
+        255,
+        5120,
+        5125,
+        5126,
+        65535,
+        4_294_967_295u64,
+        4_294_967_296u64,
+        u64::MAX,
+        -2_147_483_648i64,
+        1e308,
+        -1e308,
+        1e-308,
+        0.5,
+        1.0000001,
+        true,
+        "",
+        "..",
+        "VEC2",
+        "MAT4",
+        "POSITION",
+        "data:,",
+        "http://a",
+        [],
+        {},
+        [[]],
+        [0, 0, 0],
+        [1e30, 0, 0, 1],
+        null
+    ]);
+    all[random.below(all.as_array().map_or(1, Vec::len))].clone()
+}
+
+/// JSON pointers of all values in a document but the root.
+fn list(value: &Value, path: String, places: &mut Vec<String>) {
+    match value {
+        Value::Object(map) => map.iter().for_each(|(k, v)| list(v, format!("{path}/{k}"), places)),
+        Value::Array(items) => items.iter().enumerate().for_each(|(i, v)| list(v, format!("{path}/{i}"), places)),
+        _ => {}
+    }
+    if !path.is_empty() {
+        places.push(path);
     }
 }

@@ -168,7 +168,14 @@ fn what_has_the_index_around_it_neither_shades_nor_is_seen() {
         let m = glass(&mut s, solid("ball", 1.0, 1), alpha);
         shape(&mut s, m, sphere(DVec3::Y, 0.5));
         let position = dvec3(0.0, 3.0, 0.0);
-        let spot = Light::Spot { position, direction: -DVec3::Y, intensity: flat(1.0), cos_inner: 0.97, cos_outer: 0.96 };
+        let spot = Light::Spot {
+            position,
+            direction: -DVec3::Y,
+            intensity: flat(1.0),
+            cos_inner: 0.97,
+            cos_outer: 0.96,
+            falloff: Falloff::Smooth,
+        };
         s.lights.push(spot);
         equals(&format!("matched ball {alpha}"), &s, Estimator::Forward, 6000, exact, 0.0);
     }
@@ -199,8 +206,11 @@ fn every_light_gives_the_flux_it_should() {
     let (position, toward) = (dvec3(0.0, 0.0, 2.0), -DVec3::Z);
     let cap = 2.0 * PI * (1.0 - 0.75f64.sqrt());
     close("point", flux_of(Light::Point { position, intensity: flat(3.0) }), 3.0 * cap);
-    let spot = Light::Spot { position, direction: toward, intensity: flat(3.0), cos_inner: 0.95, cos_outer: 0.9 };
-    close("spot", flux_of(spot), 3.0 * 2.0 * PI * (0.05 + 0.025));
+    for (falloff, edge) in [(Falloff::Smooth, 0.05 / 2.0), (Falloff::Squared, 0.05 / 3.0)] {
+        let (cos_inner, cos_outer) = (0.95, 0.9);
+        let spot = Light::Spot { position, direction: toward, intensity: flat(3.0), cos_inner, cos_outer, falloff };
+        close("spot", flux_of(spot), 3.0 * 2.0 * PI * (0.05 + edge));
+    }
     // The mean of the lamp's intensity over the cap that the ball fills, in even steps.
     let lamp = measured_lamp(position, toward, flat(3.0));
     let Light::Profile { profile, axes, .. } = &lamp else { panic!("no profile") };

@@ -16,6 +16,7 @@ mod spectra;
 mod textures;
 mod traps;
 mod units;
+mod valid;
 mod volumes;
 
 use abbe::scene::{LoadOptions, Scene, keys, load, load_str};

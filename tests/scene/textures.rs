@@ -3,8 +3,8 @@
 use crate::scene_with;
 use abbe::color::upsample::color_of_reflectance;
 use abbe::scene::texture::{ImageTexture, Wrap};
-use abbe::scene::{Geometry, LoadOptions, Material, Passage, Scene, Texture, load};
-use glam::{DVec2, DVec3, dvec2};
+use abbe::scene::{Geometry, LoadOptions, Material, Mesh, Passage, Scene, Texture, load};
+use glam::{DVec2, DVec3, DVec4, dvec2};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -486,12 +486,18 @@ fn gltf_maps_of_normals_lean_to_the_right_and_up_the_picture() {
     assert!(matches!(scene.materials[*base], Material::ColoredConductor { .. }));
     let Geometry::Mesh(mesh) = &scene.shapes[0].geometry else { panic!("not a mesh") };
     // The square lies in x and y, its picture upright; it looks along z.
-    let at = |u: f64, v: f64| mesh.mapped_normal(0, dvec2(u, v), DVec3::Z, DVec3::Z, normals);
+    let at = |u: f64, v: f64| mesh.mapped_normal(0, DVec3::ZERO, dvec2(u, v), DVec3::Z, DVec3::Z, normals);
     assert!((at(0.75, 0.25) - DVec3::Z).length() < 0.01, "{}", at(0.75, 0.25));
     // Before scaling (0.71, 0.71, 0.004), so that it all but lies down.
     assert!(at(0.25, 0.25).abs_diff_eq(DVec3::new(0.5, 0.5, 0.0).normalize(), 0.01), "{}", at(0.25, 0.25));
-    let behind = mesh.mapped_normal(0, dvec2(0.75, 0.25), DVec3::NEG_Z, DVec3::Z, normals);
+    let behind = mesh.mapped_normal(0, DVec3::ZERO, dvec2(0.75, 0.25), DVec3::NEG_Z, DVec3::Z, normals);
     assert_eq!(behind, DVec3::Z, "a normal that would look inwards is not turned");
+    // The mesh's own tangents rule, and a negative sign turns the picture over.
+    for (tangent, expected) in [([0.0, 1.0, 0.0, 1.0], [-0.5, 0.5, 0.0]), ([1.0, 0.0, 0.0, -1.0], [0.5, -0.5, 0.0])] {
+        let combed = Mesh { tangents: vec![DVec4::from_array(tangent); mesh.positions.len()], ..Mesh::clone(mesh) };
+        let turned = combed.mapped_normal(0, combed.positions[0], dvec2(0.25, 0.25), DVec3::Z, DVec3::Z, normals);
+        assert!(turned.abs_diff_eq(DVec3::from_array(expected).normalize(), 0.01), "{turned}");
+    }
 }
 
 #[test]

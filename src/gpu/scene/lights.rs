@@ -120,8 +120,9 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
                 p1: vec4(DVec3::Z),
                 ..none
             },
-            scene::Light::Spot { position, direction, intensity, cos_inner, cos_outer } => {
-                let p2 = size(*cos_inner, *cos_outer);
+            scene::Light::Spot { position, direction, intensity, cos_inner, cos_outer, falloff } => {
+                let is_squared = f32::from(u8::from(*falloff == scene::Falloff::Squared));
+                let p2 = size(*cos_inner, *cos_outer).with_z(is_squared);
                 let (row, p1) = (rows.spectrum(intensity), vec4(*direction));
                 Light { kind: layout::LIGHT_KIND_SPOT, row, p0: at(*position), p1, p2, ..none }
             }

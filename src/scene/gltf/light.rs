@@ -3,17 +3,22 @@
 
 use crate::color::cie;
 use crate::error::{Result, quoted, suggest};
-use crate::scene::Light;
-use crate::scene::gltf::file::item;
+use crate::scene::gltf::document::item;
 use crate::scene::gltf::material::photometric;
 use crate::scene::json::load::{Loader, frame};
 use crate::scene::json::spectra::Place;
 use crate::scene::json::units::Source;
 use crate::scene::json::{LARGEST_LENGTH, Node};
 use crate::scene::light::spot_solid_angle;
+use crate::scene::{Falloff, Light};
 use crate::spectrum::library::Observer;
 use glam::{DMat3, DMat4, DVec3};
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Least angle of a spot's outer cone, rad.
+const NARROWEST: f64 = 2e-3;
+/// Least difference of the cosines of a spot's cones that single precision tells apart.
+const HARDEST: f64 = 1e-6;
 
 /// The names that a light goes by: its node's and its own.
 pub(in crate::scene) type Names<'a> = [Option<&'a str>; 2];
@@ -53,8 +58,8 @@ pub(in crate::scene) fn pose(node: &Node, world: &DMat4) -> Result<(DVec3, DMat3
 pub(in crate::scene) fn light(loader: &Loader, node: &Node, world: &DMat4, said: Option<&Node>) -> Result<Light> {
     let (position, frame) = pose(node, world)?;
     let direction = -frame.z_axis;
-    let rgb = node.get("color").map_or(Ok([1.0; 3]), |n| n.numbers())?;
-    let own = photometric(node, rgb, node.get("intensity").map_or(Ok(1.0), |n| n.within(0.0, 1e15))?)?;
+    let rgb = node.get("color").map_or(Ok([1.0; 3]), |n| n.numbers())?.map(|c: f64| c.clamp(0.0, 1e12));
+    let own = photometric(node, rgb, node.get("intensity").map_or(Ok(1.0), |n| Ok(n.number()?.clamp(0.0, 1e15)))?)?;
     loader.reader.check(node, &own, Place::Light)?;
     let amount = |key: &str, source| match said.filter(|s| s.get(key).is_some()) {
         Some(said) => loader.reader.light_by_file(said, key, source, cie::xyz_of(&own, Observer::Cie1931)[1]),
@@ -74,16 +79,18 @@ pub(in crate::scene) fn light(loader: &Loader, node: &Node, world: &DMat4, said:
         "point" => Light::Point { position, intensity: amount("intensity", Source::Point(4.0 * PI))? },
         "spot" if let Some(said) = said.filter(|s| s.get("profile").is_some()) => loader.profile(said, position, direction)?,
         "spot" => {
-            let angle = |key, default| node.get("spot").and_then(|s| s.get(key)).map_or(Ok(default), |n| n.within(0.0, 1.571));
+            let angle = |key, default| {
+                node.get("spot").and_then(|s| s.get(key)).map_or(Ok(default), |n| Ok(n.number()?.clamp(0.0, FRAC_PI_2)))
+            };
             let (inner, outer) = (angle("innerConeAngle", 0.0)?, angle("outerConeAngle", std::f64::consts::FRAC_PI_4)?);
-            let [cos_inner, cos_outer] = [inner, outer].map(f64::cos);
-            if cos_inner <= cos_outer {
-                return Err(
-                    node.fail("the inner cone is not inside the outer", "make innerConeAngle smaller than outerConeAngle")
-                );
+            if outer < NARROWEST {
+                return Err(node.fail("the outer cone has no inside", "make outerConeAngle greater"));
             }
-            let intensity = amount("intensity", Source::Point(spot_solid_angle(cos_inner, cos_outer)))?;
-            Light::Spot { position, direction, intensity, cos_inner, cos_outer }
+            // Cones that are the same have a hard edge.
+            let (cos_inner, cos_outer) = (inner.cos().max(outer.cos() + HARDEST), outer.cos());
+            let falloff = Falloff::Squared;
+            let intensity = amount("intensity", Source::Point(spot_solid_angle(cos_inner, cos_outer, falloff)))?;
+            Light::Spot { position, direction, intensity, cos_inner, cos_outer, falloff }
         }
         _ => Light::Sun { direction, cos_angle: 1.0, irradiance: amount("irradiance", Source::Distant)? },
     })

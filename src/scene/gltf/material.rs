@@ -22,6 +22,8 @@ pub(in crate::scene) struct Look {
     pub emission: Option<Emission>,
     /// The set of texture coordinates that its pictures use.
     pub uv_set: u32,
+    /// The name of its glass, if that has no thickness: thin panes, or a body whose file does not say so.
+    pub pane: Option<String>,
 }
 
 /// Radiance, intensity or irradiance of a light whose linear RGB is photometric: (1, 1, 1) is D65 of 1 cd m^-2, cd or lx.
@@ -29,9 +31,6 @@ pub(in crate::scene) fn photometric(node: &Node, rgb: [f64; 3], factor: f64) -> 
     let spectrum = upsample::emission_from_linear_srgb(rgb).map_err(|problem| node.fail(problem, "use a colour of 0 or more"))?;
     Ok(spectrum.scaled(factor / cie::xyz_of_unit(Observer::Cie1931)[1]))
 }
-
-/// Extensions of materials that change only how they look, not what they are: named by what is lost.
-const LOST: &[(&str, &str)] = &[("KHR_materials_unlit", "\"unlit\" (such surfaces are lit like all others)")];
 
 /// Textures that are read. Those of one material use one set of coordinates.
 const SLOTS: &[&str] = &[
@@ -53,7 +52,6 @@ const SLOTS: &[&str] = &[
 
 /// Index of clear coats (KHR_materials_clearcoat).
 const CLEAR_COAT: f64 = 1.5;
-
 /// Indices above are as good as infinite: 10,000 reflects all but 0.04 %.
 const GREATEST_INDEX: f64 = 1e4;
 
@@ -64,23 +62,38 @@ struct Reader<'r, 'n, 't> {
     node: &'r Node<'n>,
     pbr: Option<Node<'n>>,
     uv_set: u32,
+    /// Is glass without a thickness solid?
+    solid: bool,
+    /// The name of the glass that has none.
+    pane: Option<String>,
 }
 
-/// Adds the material that a primitive names (or the default, a grey diffuse one) to the scene.
-pub(in crate::scene) fn material(loader: &mut Loader, textures: &mut Textures, node: Option<&Node>) -> Result<Look> {
-    let Some(node) = node else {
-        loader.scene.materials.push(Material::Diffuse { reflectance: Spectrum::Constant(0.8).into() });
-        return Ok(Look { material: loader.scene.materials.len() - 1, emission: None, uv_set: 0 });
-    };
+/// Adds a glTF material to the scene, but for its emission where the scene's material `given` replaces it; its glass is `solid` whatever the file says.
+pub(in crate::scene) fn material(
+    loader: &mut Loader,
+    textures: &mut Textures,
+    node: &Node,
+    given: Option<usize>,
+    solid: bool,
+) -> Result<Look> {
     let pbr = node.get("pbrMetallicRoughness");
-    let mut reader = Reader { loader, textures, node, pbr, uv_set: 0 };
-    if let Some(info) = SLOTS.iter().find_map(|slot| reader.info(slot)) {
+    let mut reader = Reader { loader, textures, node, pbr, uv_set: 0, solid, pane: None };
+    let slots: &[&str] = if given.is_some() { &["emissiveTexture"] } else { SLOTS };
+    if let Some(info) = slots.iter().find_map(|slot| reader.info(slot)) {
         reader.uv_set = uv_set(&info)?;
     }
-    reader.note_losses();
+    if reader.extension("KHR_materials_unlit").is_some() && given.is_none() {
+        return reader.unlit();
+    }
     let emission = reader.emission()?;
-    let material = reader.surface(emission.is_some())?;
-    Ok(Look { material, emission, uv_set: reader.uv_set })
+    let material = match given {
+        Some(given) => given,
+        None => {
+            reader.note_losses();
+            reader.surface(emission.is_some())?
+        }
+    };
+    Ok(Look { material, emission, uv_set: reader.uv_set, pane: reader.pane })
 }
 
 impl<'n> Reader<'_, 'n, '_> {
@@ -101,11 +114,6 @@ impl<'n> Reader<'_, 'n, '_> {
     }
 
     fn note_losses(&mut self) {
-        for (name, lost) in LOST {
-            if self.extension(name).is_some() {
-                self.note(&format!("{lost}: ignored ({name})"));
-            }
-        }
         if self.extension("KHR_materials_clearcoat").is_some_and(|c| c.get("clearcoatNormalTexture").is_some()) {
             self.note("normals of clear coats: ignored, they are those of what is under them (KHR_materials_clearcoat)");
         }
@@ -143,7 +151,7 @@ impl<'n> Reader<'_, 'n, '_> {
     }
 
     fn surface(&mut self, emits: bool) -> Result<usize> {
-        let base = colour(self.pbr.as_ref(), "baseColorFactor", [1.0; 3])?;
+        let base = colour(self.pbr.as_ref(), "baseColorFactor", [1.0; 3], 1.0)?;
         let metallic = factor(self.pbr.as_ref(), "metallicFactor", 1.0, 1.0)?;
         let transmission = factor(self.extension("KHR_materials_transmission").as_ref(), "transmissionFactor", 0.0, 1.0)?;
         let metallic = self.share(metallic, "metallicRoughnessTexture", 2, None)?;
@@ -198,6 +206,11 @@ impl<'n> Reader<'_, 'n, '_> {
         }
         let surface = surface.unwrap_or_else(|| self.loader.black());
         let surface = self.normal_mapped(surface)?;
+        self.present(surface, emits)
+    }
+
+    /// The same where alpha says that it is there, and elsewhere nothing.
+    fn present(&mut self, surface: usize, emits: bool) -> Result<usize> {
         let mode = match self.node.get("alphaMode") {
             Some(mode) => mode.choice(&["OPAQUE", "MASK", "BLEND"])?,
             None => "OPAQUE",
@@ -206,7 +219,7 @@ impl<'n> Reader<'_, 'n, '_> {
             return Ok(surface);
         }
         let opacity = match self.pbr.as_ref().and_then(|p| p.get("baseColorFactor")).and_then(|f| f.element(3)) {
-            Some(alpha) => alpha.within(0.0, 1.0)?,
+            Some(alpha) => alpha.number()?.clamp(0.0, 1.0),
             None => 1.0,
         };
         let cutoff = if mode == "MASK" { Some(factor(Some(self.node), "alphaCutoff", 0.5, 1e3)?) } else { None };
@@ -285,7 +298,7 @@ impl<'n> Reader<'_, 'n, '_> {
     /// Colour and roughness of sheen; nothing where there is none.
     fn sheen(&mut self) -> Result<Option<(Spectrum, Roughness)>> {
         let Some(node) = self.extension("KHR_materials_sheen") else { return Ok(None) };
-        let rgb = colour(Some(&node), "sheenColorFactor", [0.0; 3])?;
+        let rgb = colour(Some(&node), "sheenColorFactor", [0.0; 3], 1.0)?;
         if rgb == [0.0; 3] {
             return Ok(None);
         }
@@ -325,7 +338,7 @@ impl<'n> Reader<'_, 'n, '_> {
     fn film(&mut self) -> Result<Option<(Texture, ThinFilm)>> {
         let Some(node) = self.extension("KHR_materials_iridescence") else { return Ok(None) };
         let share = self.share(factor(Some(&node), "iridescenceFactor", 0.0, 1.0)?, "iridescenceTexture", 0, None)?;
-        let ior = Ior::constant(node.get("iridescenceIor").map_or(Ok(1.3), |n| n.within(1.0, 5.0))?);
+        let ior = Ior::constant(node.get("iridescenceIor").map_or(Ok(1.3), |n| Ok(n.number()?.clamp(1.0, 5.0)))?);
         let thickness_nm = factor(Some(&node), "iridescenceThicknessMaximum", 400.0, THICKEST_FILM)?;
         if thickness_nm > 0.0 && thickness_nm < THINNEST_FILM {
             self.note(&format!("a film of {thickness_nm} nm cannot be seen: thickness is in nm (KHR_materials_iridescence)"));
@@ -386,6 +399,25 @@ impl<'n> Reader<'_, 'n, '_> {
         Ok(upsample::reflectance_from_linear_srgb(rgb).map_err(|e| self.node.fail(e, "use another colour"))?.into())
     }
 
+    /// KHR_materials_unlit: it shines as bright as it is painted, 1 cd m^-2 where that is white, and reflects nothing.
+    fn unlit(&mut self) -> Result<Look> {
+        self.note("unlit surfaces shine by themselves, as bright as daylight makes white ones (KHR_materials_unlit)");
+        let base = colour(self.pbr.as_ref(), "baseColorFactor", [1.0; 3], 1.0)?;
+        let white = upsample::white().scaled(1.0 / cie::xyz_of_unit(Observer::Cie1931)[1]);
+        let picture = match self.info("baseColorTexture") {
+            Some(info) => self.textures.read(&info, self.uv_set, Use::Light(base), white, None)?,
+            None => None,
+        };
+        let radiance = match picture {
+            Some(picture) => picture,
+            None => photometric(self.node, base, 1.0)?.into(),
+        };
+        let material = self.loader.black();
+        let material = self.present(material, true)?;
+        let emission = (!radiance.is_zero()).then_some(Emission { radiance, two_sided: true });
+        Ok(Look { material, emission, uv_set: self.uv_set, pane: None })
+    }
+
     /// What is under the gloss: paint, of which KHR_materials_diffuse_transmission lets some light through.
     fn paint(&mut self, reflectance: &Texture) -> Result<usize> {
         let paint = self.push(Material::Diffuse { reflectance: reflectance.clone() });
@@ -395,7 +427,7 @@ impl<'n> Reader<'_, 'n, '_> {
         if share.is_zero() {
             return Ok(paint);
         }
-        let rgb = colour(Some(&node), "diffuseTransmissionColorFactor", [1.0; 3])?;
+        let rgb = colour(Some(&node), "diffuseTransmissionColorFactor", [1.0; 3], 1.0)?;
         let transmittance = self.colour_of(rgb, "diffuseTransmissionColorTexture")?;
         if self.extension("KHR_materials_volume").is_some() {
             self.note("what is in a volume behind diffuse transmission: ignored (KHR_materials_volume)");
@@ -410,7 +442,7 @@ impl<'n> Reader<'_, 'n, '_> {
         let specular = factor(node.as_ref(), "specularFactor", 1.0, 1.0)?;
         let specular = self.share(specular, "specularTexture", 3, None)?;
         let ior = self.ior()?;
-        let rgb = colour_up_to(node.as_ref(), "specularColorFactor", [1.0; 3], f64::MAX)?;
+        let rgb = colour(node.as_ref(), "specularColorFactor", [1.0; 3], f64::MAX)?;
         let range = self.loader.reader.range;
         let at_normal = |nm: f64| ior.as_ref().map_or(1.0, |ior| fresnel::dielectric(1.0, ior.eval(nm)));
         let coloured = rgb != [1.0; 3];
@@ -463,16 +495,18 @@ impl<'n> Reader<'_, 'n, '_> {
         let volume = self
             .extension("KHR_materials_volume")
             .filter(|v| v.get("thicknessFactor").is_some_and(|t| t.number().is_ok_and(|t| t > 0.0)));
-        let Some(volume) = volume else {
+        if volume.is_none() && !self.solid {
             self.note(&format!(
                 "the glass {name:?} has no thickness (KHR_materials_volume) and counts as a thin pane that refracts nothing; to make it solid, \
                  set a thickness in the exporter or \"override\" it in a scene"
             ));
+            self.pane = Some(name);
             let depth = Spectrum::Constant(0.0);
             let pane = |alpha| Material::ThinDielectric { ior: ior.clone(), alpha, tint: tint.clone(), depth: depth.clone() };
             return Ok(self.push_rough(rough, pane));
-        };
-        let sigma_a = absorption(&volume, self.loader.reader.range)?;
+        }
+        let volume = volume.or(self.extension("KHR_materials_volume"));
+        let sigma_a = volume.map_or(Ok(Spectrum::Constant(0.0)), |volume| absorption(&volume, self.loader.reader.range))?;
         let interior = self.loader.volume(Interior { ior, priority: 1, sigma_a, ..Interior::vacuum(&name) });
         Ok(self.push_rough(rough, |alpha| Material::Dielectric { interior, alpha, tint: tint.clone() }))
     }
@@ -488,15 +522,21 @@ impl<'n> Reader<'_, 'n, '_> {
         if ior == 0.0 || ior > GREATEST_INDEX {
             return Ok(None);
         }
+        if ior < 1.0 {
+            self.loader
+                .reader
+                .remarks
+                .note(self.node, &format!("an index of {ior} counts as 1: it is 0, for one without end, or 1 and more"));
+        }
         let dispersion = factor(self.extension("KHR_materials_dispersion").or(extras).as_ref(), "dispersion", 0.0, 100.0)?;
-        let ior = Ior::from_abbe_number(ior.max(0.1), if dispersion > 0.0 { 20.0 / dispersion } else { f64::INFINITY });
+        let ior = Ior::from_abbe_number(ior.max(1.0), if dispersion > 0.0 { 20.0 / dispersion } else { f64::INFINITY });
         let (lo, hi) = self.loader.reader.range;
         ior.check_range(lo, hi).map_err(|problem| self.node.fail(problem, "use a smaller dispersion"))?;
         Ok(Some(ior))
     }
 
     fn emission(&mut self) -> Result<Option<Emission>> {
-        let emissive = colour(Some(self.node), "emissiveFactor", [0.0; 3])?;
+        let emissive = colour(Some(self.node), "emissiveFactor", [0.0; 3], 1e12)?;
         let strength = factor(self.extension("KHR_materials_emissive_strength").as_ref(), "emissiveStrength", 1.0, 1e12)?;
         if emissive.iter().all(|v| *v * strength == 0.0) {
             return Ok(None);
@@ -517,27 +557,25 @@ impl<'n> Reader<'_, 'n, '_> {
     }
 }
 
+/// A number, the nearest in [0, `most`]: what is beyond by more than rounding is noted ([`super::properties`]).
 fn factor(node: Option<&Node>, key: &str, default: f64, most: f64) -> Result<f64> {
-    node.and_then(|n| n.get(key)).map_or(Ok(default), |v| v.within(0.0, most))
+    node.and_then(|n| n.get(key)).map_or(Ok(default), |v| Ok(v.number()?.clamp(0.0, most)))
 }
 
-fn colour(node: Option<&Node>, key: &str, default: [f64; 3]) -> Result<[f64; 3]> {
-    colour_up_to(node, key, default, 1.0)
-}
-
-fn colour_up_to(node: Option<&Node>, key: &str, default: [f64; 3], most: f64) -> Result<[f64; 3]> {
+/// A colour, each number the nearest in [0, `most`].
+fn colour(node: Option<&Node>, key: &str, default: [f64; 3], most: f64) -> Result<[f64; 3]> {
     let Some(value) = node.and_then(|n| n.get(key)) else { return Ok(default) };
     let items = value.array(3)?;
     let mut rgb = [0.0; 3];
     for (c, item) in rgb.iter_mut().zip(&items) {
-        *c = item.within(0.0, most)?;
+        *c = item.number()?.clamp(0.0, most);
     }
     Ok(rgb)
 }
 
 /// KHR_materials_volume: transmittance `attenuationColor` over `attenuationDistance` metres, as a coefficient in m^-1.
 fn absorption(volume: &Node, range: (f64, f64)) -> Result<Spectrum> {
-    let rgb = colour(Some(volume), "attenuationColor", [1.0; 3])?;
+    let rgb = colour(Some(volume), "attenuationColor", [1.0; 3], 1.0)?;
     let Some(distance) = volume.get("attenuationDistance") else { return Ok(Spectrum::Constant(0.0)) };
     let distance = distance.length()?;
     if rgb == [1.0; 3] {

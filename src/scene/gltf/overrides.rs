@@ -1,17 +1,16 @@
 //! `"override": {"Glass": {"dielectric": {"ior": "N-SF66"}}}`: other materials for those of a glTF file, by their names there.
 
 use crate::error::{Result, quoted, suggest};
-use crate::scene::gltf::material::Look;
+use crate::scene::Material;
 use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
 use crate::scene::json::materials::check_passage;
-use crate::scene::{Geometry, Material};
 
 /// What replaces a glTF file's materials.
 #[derive(Default)]
 pub(in crate::scene) struct Overrides<'a> {
     /// Index of a glTF material, the material that replaces it, if one does, and what it emits instead, if that is replaced.
-    list: Vec<(u32, Option<usize>, Option<Node<'a>>)>,
+    list: Vec<(usize, Option<usize>, Option<Node<'a>>)>,
 }
 
 impl<'a> Overrides<'a> {
@@ -40,21 +39,22 @@ impl<'a> Overrides<'a> {
                 return Err(node.fail(format!("the file has no material {}", quoted(name)), suggest(name, known)));
             }
             let matching = names.iter().enumerate().filter(|(_, n)| **n == name);
-            list.extend(matching.map(|(i, _)| (i as u32, material, emission.clone())));
+            list.extend(matching.map(|(i, _)| (i, material, emission.clone())));
         }
         Ok(Overrides { list })
     }
 
-    /// Replaces what is to be replaced of the look of glTF material `index` on `geometry`.
-    pub(in crate::scene) fn apply(&self, loader: &mut Loader, index: u32, look: &mut Look, geometry: &Geometry) -> Result<()> {
-        for (_, material, emission) in self.list.iter().filter(|(i, ..)| *i == index) {
-            if let Some(material) = material {
-                look.material = *material;
-            }
-            if let Some(emission) = emission {
-                look.emission = Some(loader.emission(emission, std::slice::from_ref(geometry))?);
-            }
-        }
-        Ok(())
+    /// The material that replaces glTF material `index`, if one does.
+    pub(in crate::scene) fn material(&self, index: usize) -> Option<usize> {
+        self.of(index).find_map(|(_, material, _)| *material)
+    }
+
+    /// What glTF material `index` emits instead, if that is replaced.
+    pub(in crate::scene) fn emission(&self, index: usize) -> Option<&Node<'a>> {
+        self.of(index).find_map(|(.., emission)| emission.as_ref())
+    }
+
+    fn of(&self, index: usize) -> impl Iterator<Item = &(usize, Option<usize>, Option<Node<'a>>)> {
+        self.list.iter().filter(move |(i, ..)| *i == index)
     }
 }

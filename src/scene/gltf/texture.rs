@@ -1,13 +1,15 @@
 //! Textures of glTF materials: pictures in buffers, files and data URIs, samplers, and KHR_texture_transform.
 
 use crate::error::Result;
-use crate::scene::gltf::file::{Asset, decode_uri, item, percent_decoded, view};
+use crate::scene::gltf::document::{Asset, item};
+use crate::scene::gltf::uri;
 use crate::scene::json::Node;
 use crate::scene::json::files::Files;
 use crate::scene::json::spectra::Place;
 use crate::scene::texture::picture::{Encoding, Picture};
 use crate::scene::texture::{Image, ImageTexture, Texture, Wrap};
 use crate::spectrum::Spectrum;
+use gltf::texture::{MagFilter, WrappingMode};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -51,7 +53,8 @@ impl<'a> Textures<'a> {
         cutoff: Option<f64>,
     ) -> Result<Option<Texture>> {
         let texture = item(self.root, "textures", &info.need("index")?)?;
-        let Some(source) = texture.get("source") else {
+        let webp = texture.get("extensions").and_then(|e| e.get("EXT_texture_webp")?.get("source"));
+        let Some(source) = webp.or(texture.get("source")) else {
             self.notes.push("a texture in a format of an extension is ignored: export pictures as PNG or JPEG".into());
             return Ok(None);
         };
@@ -61,22 +64,17 @@ impl<'a> Textures<'a> {
             );
             return Ok(None);
         }
-        let sampler = texture.get("sampler").map(|s| item(self.root, "samplers", &s)).transpose()?;
-        let of_sampler = |key: &str, default: u32| {
-            let value = sampler.as_ref().and_then(|s| s.get(key));
-            value.map_or(Ok(default), |n| n.integer(0, u32::MAX))
-        };
-        let wrap = |key: &str| -> Result<Wrap> {
-            Ok(match of_sampler(key, 10497)? {
-                33071 => Wrap::Clamp,
-                33648 => Wrap::Mirror,
-                _ => Wrap::Repeat,
-            })
+        let sampler = texture.get("sampler").map(|s| s.integer(0, u32::MAX)).transpose()?;
+        let sampler = sampler.and_then(|i| self.asset.gltf.samplers().nth(i as usize));
+        let wrap = |mode: Option<WrappingMode>| match mode {
+            Some(WrappingMode::ClampToEdge) => Wrap::Clamp,
+            Some(WrappingMode::MirroredRepeat) => Wrap::Mirror,
+            _ => Wrap::Repeat,
         };
         let texture = ImageTexture {
             image: self.image(&source, wanted)?,
-            wrap: [wrap("wrapS")?, wrap("wrapT")?],
-            nearest: of_sampler("magFilter", 9729)? == 9728,
+            wrap: [wrap(sampler.as_ref().map(|s| s.wrap_s())), wrap(sampler.as_ref().map(|s| s.wrap_t()))],
+            nearest: sampler.as_ref().and_then(|s| s.mag_filter()) == Some(MagFilter::Nearest),
             to_image: transform(info)?,
             factor,
             cutoff,
@@ -115,15 +113,10 @@ impl<'a> Textures<'a> {
         let owned;
         let bytes: &[u8] = match (node.get("uri"), node.get("bufferView")) {
             (Some(uri), _) => {
-                owned = match uri.string()?.strip_prefix("data:") {
-                    Some(data) => {
-                        decode_uri(data).ok_or_else(|| uri.fail("the data URI is not base64", "export the file again"))?
-                    }
-                    None => self.files.read_name(&uri, &percent_decoded(uri.string()?))?.1,
-                };
+                owned = uri::read(&uri, self.files)?;
                 &owned
             }
-            (None, Some(index)) => view(self.root, &self.asset.buffers, &index)?.1,
+            (None, Some(index)) => self.asset.bytes_of_view(self.root, &index)?,
             (None, None) => return Err(node.fail("the picture has no data", "export the file again")),
         };
         let picture = self.files.pictures.decode(bytes, "the picture", &node, None)?;

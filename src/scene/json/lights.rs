@@ -1,7 +1,6 @@
 //! Lights that are not shapes.
 
 use crate::error::Result;
-use crate::scene::Light;
 use crate::scene::json::Node;
 use crate::scene::json::keys::Keys;
 use crate::scene::json::load::Loader;
@@ -10,6 +9,7 @@ use crate::scene::lamp::environment;
 use crate::scene::lamp::ies;
 use crate::scene::lamp::profile::lamp_axes;
 use crate::scene::light::spot_solid_angle;
+use crate::scene::{Falloff, Light};
 use crate::spectrum::Spectrum;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -70,9 +70,10 @@ impl Loader {
                 Light::Spot {
                     position: inner.need("position")?.point()?,
                     direction: inner.need("direction")?.direction()?,
-                    intensity: amount("intensity", Source::Point(spot_solid_angle(cos_inner, cos_outer)))?,
+                    intensity: amount("intensity", Source::Point(spot_solid_angle(cos_inner, cos_outer, Falloff::Smooth)))?,
                     cos_inner,
                     cos_outer,
+                    falloff: Falloff::Smooth,
                 }
             }
             "beam" => {

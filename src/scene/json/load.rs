@@ -42,6 +42,10 @@ pub struct LoadOptions {
     pub max_depth: Option<u32>,
     /// Keys of the scene file that are set, in this order.
     pub settings: Vec<Setting>,
+    /// Take closed meshes of glass without a thickness, as glTF files of Blender have them, as solid.
+    pub solid_glass: bool,
+    /// Light a glTF file that has no light by a soft studio instead of even daylight.
+    pub studio: bool,
 }
 
 /// Loads a scene file (JSON), or a glTF file as a scene by itself.
@@ -58,7 +62,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene> {
             let problem = format!("--set {}: a glTF file has none of these keys", quoted(setting.text()));
             return Err(Error::usage(problem, "include it in a scene file by \"gltf\", whose keys can be set"));
         }
-        gltf::scene(path, &bytes, files, options)?
+        gltf::scene(path, bytes, files, options)?
     } else {
         let text = std::str::from_utf8(&bytes)
             .map_err(|_| Error::file(path, "the scene is not UTF-8 text", "write JSON, or name a .glb or .gltf file"))?;
@@ -103,6 +107,8 @@ pub(in crate::scene) struct Loader {
     pub(in crate::scene) volumes: Volumes,
     /// The material of lamps that name none, once it is needed.
     pub(in crate::scene) black: Option<usize>,
+    /// Are closed meshes of glass without a thickness solid ([`LoadOptions`])?
+    pub(in crate::scene) solid_glass: bool,
 }
 
 impl Loader {
@@ -140,6 +146,7 @@ impl Loader {
             triangles: 0,
             volumes: Volumes::default(),
             black: None,
+            solid_glass: false,
         }
     }
 }
@@ -160,6 +167,7 @@ fn read(text: &str, file: &Path, files: Files, options: &LoadOptions) -> Result<
     }
     let film = film(root.get("film"), &root, options)?;
     let mut loader = Loader::new(files, film);
+    loader.solid_glass = options.solid_glass;
     suspect_radians(&root, &loader.reader.remarks);
     if let Some(name) = root.get("name") {
         // One line, whatever it says: the name goes into file headers and messages.

@@ -102,6 +102,9 @@ impl Loader {
             if dropped > 0 {
                 self.note(format!("{}: {dropped} triangles of no area were dropped", inner.path));
             }
+            if matches!(&placed, Geometry::Mesh(mesh) if mesh.triangles.is_empty()) {
+                return Err(inner.fail("no triangle has an area", "use a mesh with faces, and a transform that keeps them"));
+            }
             parts.push(placed);
         }
         let default_name = node.path.trim_start_matches("$.").to_string();
@@ -226,7 +229,7 @@ impl Loader {
         let (path, bytes) = self.reader.files.read(&file)?;
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
         let mut mesh = if extension == "glb" || extension == "gltf" {
-            gltf::mesh(self, &file, &path, &bytes)?
+            gltf::mesh(self, &file, &path, bytes)?
         } else {
             let name = quoted(file.string()?);
             mesh::read(&path, &bytes).map_err(|(problem, remedy)| file.fail(format!("{name}: {problem}"), remedy))?

@@ -67,6 +67,9 @@ impl SharedMeshes {
                     mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
                     mesh.tangents.iter_mut().for_each(|t| t.w = -t.w);
                 }
+                if mesh.triangles.is_empty() {
+                    return Ok(None);
+                }
                 new = mesh.triangles.len();
                 let (bounds, mesh) = (bounds_of_mesh(&mesh), Arc::new(mesh));
                 place.insert(Shared { _source: source.clone(), mesh, bounds, dropped })

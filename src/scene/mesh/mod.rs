@@ -9,7 +9,7 @@ use crate::geometry::transformed;
 use crate::scene::json::LARGEST_LENGTH;
 use crate::scene::json::transform::Flaw;
 use crate::scene::{Geometry, Mesh};
-use glam::{DMat3, DMat4, DVec3};
+use glam::{DMat3, DMat4, DVec2, DVec3};
 use std::path::Path;
 
 /// A picture is repeated at most this often: whole numbers are exact in single precision up to 16 times that.
@@ -31,7 +31,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, Flaw> {
 }
 
 /// The mesh in the world: indices and coordinates checked, normals by the inverse transpose, winding turned under mirroring so that outward stays
-/// outward, triangles of no area dropped and counted.
+/// outward, triangles of no area dropped and counted; none may be left.
 pub fn place(mesh: &Mesh, m: &DMat4) -> Result<(Mesh, usize), Flaw> {
     let count = mesh.positions.len();
     if !mesh.normals.is_empty() && mesh.normals.len() != count {
@@ -44,25 +44,28 @@ pub fn place(mesh: &Mesh, m: &DMat4) -> Result<(Mesh, usize), Flaw> {
     if !mesh.tangents.is_empty() && mesh.tangents.len() != count {
         return Err((format!("{} tangents for {count} vertices", mesh.tangents.len()), "give one per vertex".into()));
     }
-    if let Some(i) = mesh.positions.iter().position(|p| !p.is_finite()) {
-        return Err((format!("vertex {i} is not finite"), "export the mesh again".into()));
-    }
     if let Some(i) = mesh.triangles.iter().position(|t| t.iter().any(|&v| v as usize >= count)) {
         return Err((format!("triangle {i} names a vertex that is not among the {count}"), "export the mesh again".into()));
     }
+    let mut used = vec![false; count];
+    mesh.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
+    if let Some(i) = mesh.positions.iter().zip(&used).position(|(p, used)| *used && !p.is_finite()) {
+        return Err((format!("vertex {i} is not finite"), "export the mesh again".into()));
+    }
     let linear = DMat3::from_mat4(*m);
     let mut placed = transformed(mesh, m);
+    let is_far = |p: &DVec3| !p.is_finite() || p.abs().max_element() > LARGEST_LENGTH;
+    // Vertices without triangles may be anywhere.
+    placed.positions.iter_mut().zip(&used).filter(|(p, used)| !**used && is_far(p)).for_each(|(p, _)| *p = DVec3::ZERO);
+    placed.uvs.iter_mut().zip(&used).filter(|(_, used)| !**used).for_each(|(uv, _)| *uv = DVec2::ZERO);
     let positions = &placed.positions;
-    if let Some(i) = positions.iter().position(|p| !p.is_finite() || p.abs().max_element() > LARGEST_LENGTH) {
+    if let Some(i) = positions.iter().position(is_far) {
         return Err((format!("vertex {i} lies beyond 1e9 m"), "use metres: scale the mesh down".into()));
     }
     let mirrored = linear.determinant() < 0.0;
     let turned = |t: &[u32; 3]| if mirrored { [t[0], t[2], t[1]] } else { *t };
     let corners = |t: &[u32; 3]| t.map(|v| positions[v as usize]);
     let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(turned).filter(|t| !is_flat(corners(t))).collect();
-    if triangles.is_empty() {
-        return Err(("no triangle has an area".into(), "use a mesh with faces, and a transform that keeps them".into()));
-    }
     if mirrored {
         placed.tangents.iter_mut().for_each(|t| t.w = -t.w);
     }

@@ -178,12 +178,21 @@ impl Wrap {
 
 impl Mesh {
     /// The unit shading normal `ns` (on the outer side) turned as `normals` says at the coordinates `uv` of triangle `t`, whose outer normal is `ng`. The tangent is
-    /// that of the triangle, made perpendicular to `ns`. A normal that would look inwards is not turned.
-    pub fn mapped_normal(&self, t: usize, uv: DVec2, ng: DVec3, ns: DVec3, normals: &ImageTexture) -> DVec3 {
+    /// the mesh's at the point `p` or, where it has none, that of the triangle, made perpendicular to `ns`. A normal that would look inwards is not turned.
+    pub fn mapped_normal(&self, t: usize, p: DVec3, uv: DVec2, ng: DVec3, ns: DVec3, normals: &ImageTexture) -> DVec3 {
+        let own = self.tangent(t, p);
         let (along_u, along_v, _) = self.directions_of_picture(t);
-        let tangent = (along_u - ns * ns.dot(along_u)).normalize_or_zero();
+        let has_own = own.truncate() != DVec3::ZERO;
+        let along = if has_own { own.truncate() } else { along_u };
+        let tangent = (along - ns * ns.dot(along)).normalize_or_zero();
         let up = ns.cross(tangent);
-        let up = if up.dot(along_v) > 0.0 { -up } else { up };
+        let up = if has_own {
+            up * own.w
+        } else if up.dot(along_v) > 0.0 {
+            -up
+        } else {
+            up
+        };
         let [x, y, z] = normals.vector(uv);
         let turned = (tangent * x + up * y + ns * z).normalize_or_zero();
         if tangent != DVec3::ZERO && turned.dot(ng) > 0.0 { turned } else { ns }

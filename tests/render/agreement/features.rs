@@ -234,7 +234,14 @@ fn caustic_on_coat() -> Scene {
 fn caustic_off_coat() -> Scene {
     let (position, target) = (dvec3(0.9, 1.2, 0.2), dvec3(-0.9, 0.8, 0.2));
     let direction = (target - position).normalize();
-    let mut s = lit_by(vec![Light::Spot { position, direction, intensity: ramp(1.0, 2.0), cos_inner: 0.97, cos_outer: 0.95 }]);
+    let mut s = lit_by(vec![Light::Spot {
+        position,
+        direction,
+        intensity: ramp(1.0, 2.0),
+        cos_inner: 0.97,
+        cos_outer: 0.95,
+        falloff: Falloff::Squared,
+    }]);
     s.shapes.truncate(2);
     let dark = material(&mut s, Material::Diffuse { reflectance: flat(0.02).into() });
     let lacquer = coated(&mut s, dark, 0.0);
@@ -329,7 +336,14 @@ fn point() -> Scene {
 fn spot() -> Scene {
     let (position, target) = (dvec3(0.3, 2.4, 0.4), dvec3(0.0, 1.2, 0.2));
     let direction = (target - position).normalize();
-    lit_by(vec![Light::Spot { position, direction, intensity: ramp(1.0, 2.0), cos_inner: 0.95, cos_outer: 0.8 }])
+    lit_by(vec![Light::Spot {
+        position,
+        direction,
+        intensity: ramp(1.0, 2.0),
+        cos_inner: 0.95,
+        cos_outer: 0.8,
+        falloff: Falloff::Smooth,
+    }])
 }
 
 fn measured_lamps() -> Scene {

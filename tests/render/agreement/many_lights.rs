@@ -6,7 +6,7 @@ use super::compare::{BATCHES, Batches, agree, pairs};
 use crate::adapter;
 use crate::scenes::*;
 use abbe::integrator::{Feature, Plan, Techniques};
-use abbe::scene::{Geometry, Light, Mesh, Scene};
+use abbe::scene::{Falloff, Geometry, Light, Mesh, Scene};
 use glam::{DVec3, dvec3};
 use std::sync::Arc;
 
@@ -30,6 +30,7 @@ fn many() -> Scene {
                 intensity: radiance.scaled(0.004),
                 cos_inner: 0.9,
                 cos_outer: 0.3,
+                falloff: Falloff::Smooth,
             }),
         }
     }
