@@ -46,6 +46,13 @@ impl Coat<'_> {
         self.transmittance(mu_i) * self.transmittance(mu_o) * rho / (n2 - rho * (n2 - self.mean_transmittance()))
     }
 
+    /// The reflectance of a diffuse base that sends as much uniform light through the coat as one of reflectance `seen` would without reflections from below:
+    /// Saunderson's formula solved for `rho`. From 0 to 1, like `seen`.
+    pub fn paint_of(&self, seen: f64) -> f64 {
+        let (n2, t) = (self.eta * self.eta, self.mean_transmittance());
+        (seen * n2 / (t + seen * (n2 - t))).clamp(0.0, 1.0)
+    }
+
     /// What takes the place of the reflectance `r` of a mirror or facet.
     pub fn over_mirror(&self, r: f64, mu_i: f64, mu_o: f64) -> f64 {
         let (i, o) = (self.transmittance(mu_i), self.transmittance(mu_o));

@@ -1,6 +1,7 @@
 //! glTF materials as Abbe's: metal is a conductor, transmission glass, the rest paint under a coat, and what lies between a mixture; alpha mixes with
 //! nothing at all. A clear coat lies on metal, and on paint in place of paint's own coat, from which nothing would tell it: their indices are the same.
 
+use crate::bsdf::coat::Coat;
 use crate::bsdf::energy::ETA_MAX;
 use crate::bsdf::fresnel;
 use crate::bsdf::sheen::LEAST;
@@ -66,6 +67,8 @@ struct Reader<'r, 'n, 't> {
     solid: bool,
     /// The name of the glass that has none.
     pane: Option<String>,
+    /// Paints that were made, by the index of the coat on them.
+    paints: Vec<(Option<f64>, usize)>,
 }
 
 /// Adds a glTF material to the scene, but for its emission where the scene's material `given` replaces it; its glass is `solid` whatever the file says.
@@ -77,7 +80,7 @@ pub(in crate::scene) fn material(
     solid: bool,
 ) -> Result<Look> {
     let pbr = node.get("pbrMetallicRoughness");
-    let mut reader = Reader { loader, textures, node, pbr, uv_set: 0, solid, pane: None };
+    let mut reader = Reader { loader, textures, node, pbr, uv_set: 0, solid, pane: None, paints: Vec::new() };
     let slots: &[&str] = if given.is_some() { &["emissiveTexture"] } else { SLOTS };
     if let Some(info) = slots.iter().find_map(|slot| reader.info(slot)) {
         reader.uv_set = uv_set(&info)?;
@@ -151,7 +154,6 @@ impl<'n> Reader<'_, 'n, '_> {
     }
 
     fn surface(&mut self, emits: bool) -> Result<usize> {
-        let base = colour(self.pbr.as_ref(), "baseColorFactor", [1.0; 3], 1.0)?;
         let metallic = factor(self.pbr.as_ref(), "metallicFactor", 1.0, 1.0)?;
         let transmission = factor(self.extension("KHR_materials_transmission").as_ref(), "transmissionFactor", 0.0, 1.0)?;
         let metallic = self.share(metallic, "metallicRoughnessTexture", 2, None)?;
@@ -162,14 +164,7 @@ impl<'n> Reader<'_, 'n, '_> {
         let film = self.film()?;
         let grain = self.grain()?;
         let is = |share: &Texture, value: f64| matches!(share, Texture::Uniform(Spectrum::Constant(v)) if *v == value);
-        let reflectance = match self.info("baseColorTexture") {
-            Some(info) => self.textures.read(&info, self.uv_set, Use::Reflectance(base), Spectrum::Constant(1.0), None)?,
-            None => None,
-        };
-        let reflectance = match reflectance {
-            Some(texture) => texture,
-            None => upsample::reflectance_from_linear_srgb(base).map_err(|e| self.node.fail(e, "use another colour"))?.into(),
-        };
+        let reflectance = self.base_colour(None)?;
         let mut surface = None;
         if !is(&metallic, 1.0) && !is(&transmission, 1.0) {
             if film.is_some() {
@@ -178,9 +173,14 @@ impl<'n> Reader<'_, 'n, '_> {
             if grain.is_some() {
                 self.note("anisotropy of what is not metal: ignored, its gloss is the same in all directions (KHR_materials_anisotropy)");
             }
-            let paint = self.paint(&reflectance)?;
-            let glossy = self.glossy(paint, &rough)?;
-            let bare = self.lacquered(paint, glossy, &lacquer);
+            let glossy = self.glossy(&rough)?;
+            let bare = match lacquer {
+                Some(_) => {
+                    let under = self.paint(Some(CLEAR_COAT))?;
+                    self.lacquered(under, glossy, &lacquer)
+                }
+                None => glossy,
+            };
             surface = Some(self.under_sheen(bare, &sheen));
         }
         if !is(&metallic, 1.0) && !is(&transmission, 0.0) {
@@ -418,9 +418,33 @@ impl<'n> Reader<'_, 'n, '_> {
         Ok(Look { material, emission, uv_set: self.uv_set, pane: None })
     }
 
-    /// What is under the gloss: paint, of which KHR_materials_diffuse_transmission lets some light through.
-    fn paint(&mut self, reflectance: &Texture) -> Result<usize> {
-        let paint = self.push(Material::Diffuse { reflectance: reflectance.clone() });
+    /// The base colour; that of paint under a coat of index `coat`, if there is one. Colours of glTF are those that are seen: its coats send nothing down
+    /// again (glTF 2.0, appendix B.3.2), and what ours do is given back.
+    fn base_colour(&mut self, coat: Option<f64>) -> Result<Texture> {
+        let base = colour(self.pbr.as_ref(), "baseColorFactor", [1.0; 3], 1.0)?;
+        if let Some(info) = self.info("baseColorTexture") {
+            let wanted = coat.map_or(Use::Reflectance(base), |eta| Use::Paint(base, eta));
+            if let Some(texture) = self.textures.read(&info, self.uv_set, wanted, Spectrum::Constant(1.0), None)? {
+                return Ok(texture);
+            }
+        }
+        let base = coat.map_or(base, |eta| base.map(|seen| Coat { eta, rough: None }.paint_of(seen)));
+        Ok(upsample::reflectance_from_linear_srgb(base).map_err(|e| self.node.fail(e, "use another colour"))?.into())
+    }
+
+    /// Paint, under a coat of index `coat` if there is one; KHR_materials_diffuse_transmission lets some light through it.
+    fn paint(&mut self, coat: Option<f64>) -> Result<usize> {
+        if let Some((_, known)) = self.paints.iter().find(|(of, _)| *of == coat) {
+            return Ok(*known);
+        }
+        let paint = self.paint_anew(coat)?;
+        self.paints.push((coat, paint));
+        Ok(paint)
+    }
+
+    fn paint_anew(&mut self, coat: Option<f64>) -> Result<usize> {
+        let reflectance = self.base_colour(coat)?;
+        let paint = self.push(Material::Diffuse { reflectance });
         let Some(node) = self.extension("KHR_materials_diffuse_transmission") else { return Ok(paint) };
         let share = factor(Some(&node), "diffuseTransmissionFactor", 0.0, 1.0)?;
         let share = self.share(share, "diffuseTransmissionTexture", 3, None)?;
@@ -437,7 +461,7 @@ impl<'n> Reader<'_, 'n, '_> {
     }
 
     /// Paint with its gloss, as much of it and of the colour as KHR_materials_specular says.
-    fn glossy(&mut self, paint: usize, rough: &Roughness) -> Result<usize> {
+    fn glossy(&mut self, rough: &Roughness) -> Result<usize> {
         let node = self.extension("KHR_materials_specular");
         let specular = factor(node.as_ref(), "specularFactor", 1.0, 1.0)?;
         let specular = self.share(specular, "specularTexture", 3, None)?;
@@ -463,9 +487,10 @@ impl<'n> Reader<'_, 'n, '_> {
             }
         };
         if specular.is_zero() || coat.matches(&Ior::constant(1.0), range.0, range.1) {
-            return Ok(paint);
+            return self.paint(None);
         }
-        let mut glossy = self.push_rough(rough, |alpha| Material::Coated { base: paint, ior: coat.clone(), alpha });
+        let under = self.paint(Some(coat.nd()))?;
+        let mut glossy = self.push_rough(rough, |alpha| Material::Coated { base: under, ior: coat.clone(), alpha });
         if let Some(share) = mirror.filter(|share| share.mean(range.0, range.1) > 0.0) {
             let white = Texture::from(Spectrum::Constant(1.0));
             let mirror = self.push_rough(rough, |alpha| Material::ColoredConductor { reflectance: white.clone(), alpha });
@@ -473,6 +498,10 @@ impl<'n> Reader<'_, 'n, '_> {
         }
         // A picture of that colour takes from all reflection alike.
         let picture = self.colour_of([1.0; 3], "specularColorTexture")?;
+        if is_one(&picture) && is_one(&specular) {
+            return Ok(glossy);
+        }
+        let paint = self.paint(None)?;
         let glossy = self.mix(glossy, paint, picture);
         Ok(self.mix(glossy, paint, specular))
     }

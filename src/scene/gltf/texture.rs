@@ -1,12 +1,13 @@
 //! Textures of glTF materials: pictures in buffers, files and data URIs, samplers, and KHR_texture_transform.
 
+use crate::bsdf::coat::Coat;
 use crate::error::Result;
 use crate::scene::gltf::document::{Asset, item};
 use crate::scene::gltf::uri;
 use crate::scene::json::Node;
 use crate::scene::json::files::Files;
 use crate::scene::json::spectra::Place;
-use crate::scene::texture::picture::{Encoding, Picture};
+use crate::scene::texture::picture::{Encoding, Picture, Shade};
 use crate::scene::texture::{Image, ImageTexture, Texture, Wrap};
 use crate::spectrum::Spectrum;
 use gltf::texture::{MagFilter, WrappingMode};
@@ -18,6 +19,8 @@ use std::sync::Arc;
 pub(in crate::scene) enum Use {
     /// Colours as reflectances, times these factors.
     Reflectance([f64; 3]),
+    /// Likewise, of paint that is seen so through a coat of this index ([`Coat::paint_of`]).
+    Paint([f64; 3], f64),
     /// Colours as light, times these factors.
     Light([f64; 3]),
     /// A channel as a number, times this factor: 0 red to 3 alpha.
@@ -88,14 +91,18 @@ impl<'a> Textures<'a> {
             return Ok(image.clone());
         }
         let picture = self.picture(source)?;
-        let coloured = |factors, place| {
+        let coloured = |factors, place, shade: Shade| {
             // The document says what colours mean, not the picture (glTF 2.0, section 3.9.2).
-            let image = picture.colors(factors, place, Encoding::Srgb);
+            let image = picture.colors(factors, place, Encoding::Srgb, shade);
             image.ok_or_else(|| source.fail("a texel is out of range", "export the picture again"))
         };
         let image = match wanted {
-            Use::Reflectance(factors) => coloured(factors, Place::Share)?,
-            Use::Light(factors) => coloured(factors, Place::Light)?,
+            Use::Reflectance(factors) => coloured(factors, Place::Share, &|v| v)?,
+            Use::Paint(factors, eta) => {
+                let coat = Coat { eta, rough: None };
+                coloured(factors, Place::Share, &|seen| coat.paint_of(seen))?
+            }
+            Use::Light(factors) => coloured(factors, Place::Light, &|v| v)?,
             Use::Normals(scale) => picture.normals(scale),
             Use::Channel(channel, factor) => picture.numbers(channel, factor),
         };

@@ -12,6 +12,9 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 pub(in crate::scene) use super::texels::Spectra;
 
+/// What becomes of each component of a colour, in linear sRGB.
+pub(in crate::scene) type Shade<'a> = &'a (dyn Fn(f64) -> f64 + Sync);
+
 /// What the numbers of a picture's colours are taken for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(in crate::scene) enum Encoding {
@@ -219,17 +222,18 @@ impl Picture {
         if channel < 3 { self.number(pixel, channel) } else { 0.0 }
     }
 
-    /// The picture of its colours, times `factors` in linear sRGB, as spectra. `None` where one is too bright for single precision, or as a share
+    /// The picture of its colours, times `factors` in linear sRGB and changed by `shade`, as spectra. `None` where one is too bright for single precision, or as a share
     /// below 0 or beyond 1.
-    pub(in crate::scene) fn colors(&self, factors: [f64; 3], place: Place, encoding: Encoding) -> Option<Image> {
+    pub(in crate::scene) fn colors(&self, factors: [f64; 3], place: Place, encoding: Encoding, shade: Shade) -> Option<Image> {
         let texels = match &self.samples {
             Samples::Bytes(_) => {
                 let (stored, colors) = self.colors.get_or_init(|| self.index_colors());
-                let table: Option<Vec<_>> = colors.par_iter().map(|&rgb| self.texel(rgb, factors, place, encoding)).collect();
+                let table: Option<Vec<_>> =
+                    colors.par_iter().map(|&rgb| self.texel(rgb, factors, place, encoding, shade)).collect();
                 Texels::Colors { stored: stored.clone(), table: table?.into() }
             }
             _ => {
-                let texels: Option<Vec<_>> = self.texels(factors, place, encoding).map(|t| t.map(pack_sigmoid)).collect();
+                let texels: Option<Vec<_>> = self.texels(factors, place, encoding, shade).map(|t| t.map(pack_sigmoid)).collect();
                 Texels::Sigmoids { stored: Arc::new(Packed::new(8, bytemuck::cast_slice(&texels?).to_vec())) }
             }
         };
@@ -239,22 +243,28 @@ impl Picture {
     /// Sigmoid coefficients and factor of every pixel, in full precision; as of [`Picture::colors`].
     pub(in crate::scene) fn coefficients(&self, factors: [f64; 3], place: Place, encoding: Encoding) -> Option<Vec<[f32; 4]>> {
         if let Samples::Bytes(_) = &self.samples {
-            let Texels::Colors { stored, table } = self.colors(factors, place, encoding)?.texels else { return None };
+            let Texels::Colors { stored, table } = self.colors(factors, place, encoding, &|v| v)?.texels else { return None };
             return Some((0..self.pixels()).map(|i| table[stored.index(i)]).collect());
         }
-        self.texels(factors, place, encoding).collect()
+        self.texels(factors, place, encoding, &|v| v).collect()
     }
 
-    fn texels(&self, factors: [f64; 3], place: Place, encoding: Encoding) -> impl ParallelIterator<Item = Option<[f32; 4]>> {
-        (0..self.pixels()).into_par_iter().map(move |i| self.texel(self.rgb(i), factors, place, encoding))
+    fn texels(
+        &self,
+        factors: [f64; 3],
+        place: Place,
+        encoding: Encoding,
+        shade: Shade,
+    ) -> impl ParallelIterator<Item = Option<[f32; 4]>> {
+        (0..self.pixels()).into_par_iter().map(move |i| self.texel(self.rgb(i), factors, place, encoding, shade))
     }
 
-    fn texel(&self, rgb: [f64; 3], factors: [f64; 3], place: Place, encoding: Encoding) -> Option<[f32; 4]> {
+    fn texel(&self, rgb: [f64; 3], factors: [f64; 3], place: Place, encoding: Encoding, shade: Shade) -> Option<[f32; 4]> {
         if place != Place::Light && rgb.iter().any(|v| !(0.0..=1.0).contains(v)) {
             return None;
         }
         let linear = self.linear(rgb, encoding);
-        let linear = std::array::from_fn(|i| linear[i] * factors[i]);
+        let linear = std::array::from_fn(|i| shade(linear[i] * factors[i]));
         let (c, scale) =
             if place == Place::Light { upsample::emission_texel(linear) } else { upsample::reflectance_texel(linear) };
         let texel = [c[0] as f32, c[1] as f32, c[2] as f32, scale as f32];
