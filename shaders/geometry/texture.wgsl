@@ -11,20 +11,39 @@
 #endif
 @group(0) @binding(20) var textures: Table<vec4u, Texture>;
 
-// Texture coordinates of the point `p` of a triangle: what is left of them (x, y) without whole numbers (z, w) that are the same for all of its points.
-fn uv_at(number: u32, p: vec3f) -> vec4f {
-    let primitive = primitive_at(number);
+#if MORE_UVS
+const UV_SETS = 2u;
+#else
+const UV_SETS = 1u;
+#endif
+#if TINTS
+const COORDINATES = 2u * UV_SETS + 3u;
+#else
+const COORDINATES = 2u * UV_SETS;
+#endif
+
+// Texel of the table at which texture coordinates of a primitive begin, set by set, and after them the colours of its vertices.
+fn coordinates_of(primitive: Primitive) -> u32 {
+    return params.first_uv + COORDINATES * primitive.place;
+}
+
+// How much of its second and third corner is in the point `p` of a triangle.
+fn shares_at(primitive: Primitive, p: vec3f) -> vec2f {
     let p0 = primitive.r0.xyz;
     let e1 = primitive.r1.xyz - p0;
     let e2 = primitive.r2.xyz - p0;
     let n = cross(e1, e2);
     let scale = 1.0 / max(dot(n, n), 1e-37);
-    let b1 = dot(cross(p - p0, e2), n) * scale;
-    let b2 = dot(cross(e1, p - p0), n) * scale;
-    let at = params.first_uv + 2u * primitive.place;
-    let ab = bitcast<vec4f>(load_textures(at));
-    let c = bitcast<vec4f>(load_textures(at + 1u));
-    return vec4f((1.0 - b1 - b2) * ab.xy + b1 * ab.zw + b2 * c.xy, c.zw);
+    return vec2f(dot(cross(p - p0, e2), n), dot(cross(e1, p - p0), n)) * scale;
+}
+
+// Where in a primitive's coordinates those begin that a picture lies on.
+fn set_of(t: Texture) -> u32 {
+#if MORE_UVS
+    return 2u * ((t.sampling >> 11u) & 1u);
+#else
+    return 0u;
+#endif
 }
 
 const WRAP_MIRROR = 1u;
@@ -55,6 +74,13 @@ struct Filtered {
     c01: vec4f,
     c11: vec4f,
     weights: vec4f,
+#if TINTS
+    v0: vec4f, // colours of the triangle's vertices
+    v1: vec4f,
+    v2: vec4f,
+    shares: vec2f,
+    is_tinted: bool,
+#endif
     x_row: u32,
     factor_row: u32,
     cutoff: f32,
@@ -110,9 +136,14 @@ fn load_texel(t: Texture, i: u32) -> vec4f {
 // The texels around the point `p` of a triangle, and their weights.
 fn filter_texels(index: u32, primitive: u32, p: vec3f) -> Filtered {
     let t = load_Texture(index);
-    let coordinates = uv_at(primitive, p);
-    let uv = vec3f(coordinates.xy, 1.0);
-    let whole = coordinates.zw;
+    let triangle = primitive_at(primitive);
+    let shares = shares_at(triangle, p);
+    let first_uv = coordinates_of(triangle) + set_of(t);
+    let ab = bitcast<vec4f>(load_textures(first_uv));
+    let c_whole = bitcast<vec4f>(load_textures(first_uv + 1u));
+    let uv = vec3f((1.0 - shares.x - shares.y) * ab.xy + shares.x * ab.zw + shares.y * c_whole.xy, 1.0);
+    // What was taken off the coordinates of all points of a triangle: whole numbers.
+    let whole = c_whole.zw;
     let modes = vec2u(t.sampling & 3u, (t.sampling >> 2u) & 3u);
     let nearest = (t.sampling & 16u) != 0u;
     let size = vec2i(i32(t.width), i32(t.height));
@@ -125,6 +156,16 @@ fn filter_texels(index: u32, primitive: u32, p: vec3f) -> Filtered {
     let rows = t.width * vec2u(wrap_texel(first.y, size.y, modes.y), wrap_texel(first.y + 1, size.y, modes.y));
     let places = vec4u(rows.xx + columns, rows.yy + columns);
     var f: Filtered;
+#if TINTS
+    f.is_tinted = ((t.sampling >> 12u) & 1u) != 0u;
+    if (f.is_tinted) {
+        let colors = coordinates_of(triangle) + 2u * UV_SETS;
+        f.v0 = bitcast<vec4f>(load_textures(colors));
+        f.v1 = bitcast<vec4f>(load_textures(colors + 1u));
+        f.v2 = bitcast<vec4f>(load_textures(colors + 2u));
+        f.shares = shares;
+    }
+#endif
     f.weights = vec4f((1.0 - s.x) * (1.0 - s.y), s.x * (1.0 - s.y), (1.0 - s.x) * s.y, s.x * s.y);
     f.x_row = t.x_row;
     f.factor_row = t.factor_row;
@@ -172,6 +213,11 @@ fn filtered_spectrum(f: Filtered, k: u32) -> vec4f {
     var sum = f.weights.x * texel_spectrum(f.c00, x) + f.weights.y * texel_spectrum(f.c10, x)
         + f.weights.z * texel_spectrum(f.c01, x) + f.weights.w * texel_spectrum(f.c11, x);
     sum = select(sum, select(vec4f(0.0), vec4f(1.0), sum >= vec4f(f.cutoff)), f.has_cutoff);
+#if TINTS
+    if (f.is_tinted) {
+        sum *= (1.0 - f.shares.x - f.shares.y) * texel_spectrum(f.v0, x) + f.shares.x * texel_spectrum(f.v1, x) + f.shares.y * texel_spectrum(f.v2, x);
+    }
+#endif
     return sum * spectrum(f.factor_row, k);
 }
 
@@ -184,7 +230,7 @@ fn mapped_normal(index: u32, s: Surface) -> vec3f {
     let p0 = primitive.r0.xyz;
     let e1 = primitive.r1.xyz - p0;
     let e2 = primitive.r2.xyz - p0;
-    let at = params.first_uv + 2u * primitive.place;
+    let at = coordinates_of(primitive) + set_of(load_Texture(index));
     let ab = bitcast<vec4f>(load_textures(at));
     let d1 = ab.zw - ab.xy;
     let d2 = bitcast<vec4f>(load_textures(at + 1u)).xy - ab.xy;

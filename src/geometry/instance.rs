@@ -68,6 +68,8 @@ pub fn transformed(mesh: &Mesh, m: &DMat4) -> Mesh {
         positions: mesh.positions.iter().map(|&p| m.transform_point3(p)).collect(),
         normals: mesh.normals.iter().map(|&n| (inverse_transpose * n).normalize_or_zero()).collect(),
         uvs: mesh.uvs.clone(),
+        more_uvs: mesh.more_uvs.clone(),
+        colors: mesh.colors.clone(),
         tangents: mesh.tangents.iter().map(tangent).collect(),
         triangles: mesh.triangles.clone(),
     }

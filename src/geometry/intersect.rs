@@ -1,7 +1,7 @@
 //! Where rays meet the four kinds of geometry. A ray that leaves a surface names the primitives it leaves: flat ones cannot be met again, and
 //! of a curved one only the other crossing counts, so no offset is needed at any scale.
 
-use super::{Geometry, Mesh};
+use super::{Coordinates, Geometry, Mesh};
 use glam::{DVec2, DVec3};
 
 /// A half line.
@@ -39,12 +39,12 @@ pub struct Hit {
     pub ng: DVec3,
     /// Unit shading normal on the same side.
     pub ns: DVec3,
-    /// Texture coordinates.
-    pub uv: DVec2,
+    /// What pictures are looked up by.
+    pub uv: Coordinates,
 }
 
 /// What a primitive says about a ray: distance, point, geometric normal, shading normal, texture coordinates.
-pub(super) type Crossing = (f64, DVec3, DVec3, DVec3, DVec2);
+pub(super) type Crossing = (f64, DVec3, DVec3, DVec3, Coordinates);
 
 /// The nearest crossing beyond `t_min`; `on` says that the origin lies on this very primitive.
 pub(super) fn intersect(geometry: &Geometry, triangle: usize, ray: &Ray, on: bool) -> Option<Crossing> {
@@ -59,7 +59,7 @@ pub(super) fn intersect(geometry: &Geometry, triangle: usize, ray: &Ray, on: boo
                 p,
                 *normal,
                 *normal,
-                DVec2::ZERO,
+                DVec2::ZERO.into(),
             ))
         }
         Geometry::Mesh(_) | Geometry::Instance(_) | Geometry::Disc { .. } => None,
@@ -67,7 +67,7 @@ pub(super) fn intersect(geometry: &Geometry, triangle: usize, ray: &Ray, on: boo
             let oc = ray.origin - *center;
             roots(oc, ray.dir, *radius, on).into_iter().find(|&t| t > ray.t_min && t.is_finite()).map(|t| {
                 let n = (oc + ray.dir * t).normalize();
-                (t, *center + n * *radius, n, n, DVec2::ZERO)
+                (t, *center + n * *radius, n, n, DVec2::ZERO.into())
             })
         }
         Geometry::Cylinder { base, axis, length, radius } => {
@@ -84,7 +84,7 @@ pub(super) fn intersect(geometry: &Geometry, triangle: usize, ray: &Ray, on: boo
                 .find_map(|t| {
                     let p = oc + ray.dir * t;
                     let (height, n) = (p.dot(*axis), across(p).normalize());
-                    (0.0..=*length).contains(&height).then(|| (t, *base + *axis * height + n * *radius, n, n, DVec2::ZERO))
+                    (0.0..=*length).contains(&height).then(|| (t, *base + *axis * height + n * *radius, n, n, DVec2::ZERO.into()))
                 })
         }
     }
@@ -136,7 +136,7 @@ fn intersect_triangle(mesh: &Mesh, triangle: usize, ray: &Ray) -> Option<Crossin
             if ns.dot(normal) < 0.0 { -ns } else { ns }
         }
     };
-    Some((t, pa * u + pb * v + pc * w, normal, ns, mesh.uv(triangle, [v, w])))
+    Some((t, pa * u + pb * v + pc * w, normal, ns, mesh.coordinates(triangle, [v, w])))
 }
 
 /// Smallest box around a primitive, (lower, upper).

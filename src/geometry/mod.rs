@@ -7,7 +7,7 @@ mod types;
 pub mod world;
 
 pub use instance::{Instance, transformed};
-pub use types::{Geometry, Mesh};
+pub use types::{Coordinates, Geometry, Mesh};
 
 use glam::DVec3;
 use std::f64::consts::PI;

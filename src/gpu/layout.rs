@@ -461,7 +461,7 @@ shared_records! {
         /// Rows.
         height: u32,
         /// Bits 0-1, 2-3: wrapping across and down (0 repeat, 1 mirror, 2 clamp); bit 4: nearest texel only; bit 5: there is a cutoff; bits 6-8: TEXELS_*;
-        /// bits 9-10: logarithm of the bytes of a texel.
+        /// bits 9-10: logarithm of the bytes of a texel; bit 11: the set of texture coordinates; bit 12: it is tinted by colours of vertices.
         sampling: u32,
         /// Row of what texels are multiplied by.
         factor_row: u32,

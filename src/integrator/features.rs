@@ -129,6 +129,10 @@ features! {
     };
     /// Pictures on surfaces.
     Textures "TEXTURES" in Materials as "textures" if |n| n.has(Feature::LightTextures) || n.material(|m| m.image().is_some());
+    /// Pictures on the second set of texture coordinates.
+    MoreUvs "MORE_UVS" if |n| n.has(Feature::Textures) && texture::coordinates_of(n.scene).0 > 1;
+    /// Pictures that are tinted by the colours of vertices.
+    Tints "TINTS" in Materials as "colours of vertices" if |n| n.has(Feature::Textures) && texture::coordinates_of(n.scene).1;
     /// Pictures in eight bytes a texel.
     SigmoidTexels "SIGMOID_TEXELS" if |n| n.texels(|t| matches!(t, Texels::Sigmoids { .. }));
     /// Pictures of spectra.

@@ -5,6 +5,7 @@ use super::rng::Rng;
 use super::start::{off_light, on_surface};
 use super::walk::{Path, WavelengthSample};
 use crate::bsdf::sample_cosine;
+use crate::geometry::Coordinates;
 use crate::geometry::world::Ray;
 use crate::scene::{EnvironmentMap, Geometry, Light, Mesh, Scene, spot_solid_angle};
 use crate::spectrum::Spectrum;
@@ -216,8 +217,8 @@ fn running(values: impl Iterator<Item = f64>) -> Vec<f64> {
         .collect()
 }
 
-/// A uniform point of a shape: point, outward normal, texture coordinates.
-fn on_shape(geometry: &Geometry, triangles: &[f64], rng: &mut Rng) -> Option<(DVec3, DVec3, DVec2)> {
+/// A uniform point of a shape: point, outward normal, coordinates for pictures.
+fn on_shape(geometry: &Geometry, triangles: &[f64], rng: &mut Rng) -> Option<(DVec3, DVec3, Coordinates)> {
     Some(match geometry {
         Geometry::Mesh(mesh) => {
             let (t, _) = choose(triangles, rng)?;
@@ -225,20 +226,20 @@ fn on_shape(geometry: &Geometry, triangles: &[f64], rng: &mut Rng) -> Option<(DV
             let (s, v) = (rng.next().sqrt(), rng.next());
             let weights = [s * (1.0 - v), s * v];
             let p = a * (1.0 - s) + b * weights[0] + c * weights[1];
-            (p, (b - a).cross(c - a).normalize(), mesh.uv(t, weights))
+            (p, (b - a).cross(c - a).normalize(), mesh.coordinates(t, weights))
         }
         // Instances do not emit.
         Geometry::Instance(_) => return None,
         Geometry::Sphere { center, radius } => {
             let n = on_cone(DVec3::Y, -1.0, rng);
-            (*center + n * *radius, n, DVec2::ZERO)
+            (*center + n * *radius, n, DVec2::ZERO.into())
         }
-        Geometry::Disc { center, normal, radius } => (*center + on_disc(*normal, *radius, rng), *normal, DVec2::ZERO),
+        Geometry::Disc { center, normal, radius } => (*center + on_disc(*normal, *radius, rng), *normal, DVec2::ZERO.into()),
         Geometry::Cylinder { base, axis, length, radius } => {
             let (x, y) = axis.any_orthonormal_pair();
             let phi = 2.0 * PI * rng.next();
             let n = x * phi.cos() + y * phi.sin();
-            (*base + *axis * (length * rng.next()) + n * *radius, n, DVec2::ZERO)
+            (*base + *axis * (length * rng.next()) + n * *radius, n, DVec2::ZERO.into())
         }
     })
 }

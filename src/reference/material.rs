@@ -10,11 +10,12 @@ use crate::bsdf::conductor::RoughConductor;
 use crate::bsdf::fresnel::Metal;
 use crate::bsdf::pane::{Pane, PaneFilm};
 use crate::bsdf::sheen::Sheen;
+use crate::geometry::Coordinates;
 use crate::geometry::world::Hit;
 use crate::scene::roughness::level_at;
 use crate::scene::{Geometry, Grain, Material, Scene, Texture, ThinFilm, direction_of_grain};
 use crate::spectrum::{Ior, Spectrum};
-use glam::{DVec2, DVec3, DVec4};
+use glam::{DVec3, DVec4};
 use std::collections::BTreeMap;
 
 /// A surface that a path meets, mixtures decided.
@@ -192,7 +193,7 @@ pub(super) fn sheens(scene: &Scene) -> BTreeMap<usize, Sheen> {
 
 /// How much of a straight ray passes a surface of material number `index` unscattered, per wavelength, if its
 /// dielectrics do not refract there.
-pub(super) fn straight_share(scene: &Scene, index: usize, cos: f64, uv: DVec2, nm: f64) -> f64 {
+pub(super) fn straight_share(scene: &Scene, index: usize, cos: f64, uv: Coordinates, nm: f64) -> f64 {
     match &scene.materials[index] {
         Material::Boundary { .. } | Material::Dielectric { .. } => 1.0,
         Material::ThinDielectric { ior, alpha: 0.0, tint, depth } => {

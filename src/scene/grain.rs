@@ -93,7 +93,7 @@ impl Mesh {
         }
         let mut sums = vec![(DVec3::ZERO, 0.0); self.positions.len()];
         for (t, corners) in self.triangles.iter().enumerate() {
-            let (along_u, _, mirrored) = self.directions_of_picture(t);
+            let (along_u, _, mirrored) = self.directions_of_picture(t, 0);
             for &v in corners {
                 let (tangent, side) = &mut sums[v as usize];
                 *tangent += along_u;
@@ -103,10 +103,10 @@ impl Mesh {
         self.tangents = sums.into_iter().map(|(t, side)| t.normalize_or_zero().extend(f64::signum(side))).collect();
     }
 
-    /// Where u and v grow on triangle `t`, by its area and how often the picture is repeated, and whether the picture is seen mirrored.
-    pub(super) fn directions_of_picture(&self, t: usize) -> (DVec3, DVec3, bool) {
+    /// Where u and v of a set of coordinates grow on triangle `t`, by its area and how often the picture is repeated, and whether the picture is seen mirrored.
+    pub(super) fn directions_of_picture(&self, t: usize, set: usize) -> (DVec3, DVec3, bool) {
         let [p, q, r] = self.triangles[t].map(|v| self.positions[v as usize]);
-        let [a, b, c] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|corner| self.uv(t, corner));
+        let [a, b, c] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|corner| self.uv(t, set, corner));
         let (e1, e2, d1, d2): (DVec3, DVec3, DVec2, DVec2) = (q - p, r - p, b - a, c - a);
         let side = d1.perp_dot(d2).signum();
         // v grows down the picture, so that one that is not mirrored turns from u to v clockwise.

@@ -346,7 +346,8 @@ fn interiors_are_counted_from_the_geometry() {
     let image = Arc::new(texture::Image { width: 1, height: 1, texels });
     let to_image = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let (wrap, factor) = ([texture::Wrap::Repeat; 2], flat(1.0));
-    let picture = Arc::new(texture::ImageTexture { image, wrap, nearest: false, to_image, factor, cutoff: None });
+    let picture =
+        Arc::new(texture::ImageTexture { image, wrap, nearest: false, to_image, factor, cutoff: None, set: 0, tinted: false });
     s.shapes[0].material = material(&mut s, Material::NormalMapped { base: outer, normals: picture.clone() });
     s.shapes[1].material =
         material(&mut s, Material::Graded { first: outer + 1, levels: 5..6, roughness: Texture::Image(picture) });

@@ -87,7 +87,7 @@ fn a_picture_stands_upright_on_a_quad_and_its_colours_come_through() {
     let at = |x: f64, y: f64| {
         let triangle = usize::from(y > x);
         let weights = if triangle == 0 { [x - y, y] } else { [x, y - x] };
-        mesh.uv(triangle, weights)
+        mesh.uv(triangle, 0, weights)
     };
     let paint = reflectance(&scene);
     for (x, y, rgb) in

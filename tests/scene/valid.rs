@@ -226,6 +226,38 @@ fn meshes_stand_in_the_pose_and_the_places_that_the_file_gives_them() {
 }
 
 #[test]
+fn pictures_lie_on_two_sets_of_coordinates_and_colours_of_vertices_tint() {
+    let scene = load(&folder("tests/data/scenes/everything.gltf"), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    let shape = scene.shapes.iter().find(|s| s.name == "painted").expect("a shape");
+    let Geometry::Mesh(mesh) = &shape.geometry else { panic!("not a mesh") };
+    // The second set was written in whole numbers, and upside down.
+    assert!(mesh.uvs.iter().zip(&mesh.more_uvs).all(|(a, b)| (a.x - b.x).abs() < 1e-6 && (a.y - 1.0 + b.y).abs() < 1e-6));
+    let lamp = shape.emission.as_ref().and_then(|e| e.radiance.image()).expect("a picture");
+    assert!(lamp.set == 1 && !lamp.tinted);
+    let painted = scene.made_of(shape.material).into_iter().find_map(|m| match &scene.materials[m] {
+        Material::Diffuse { reflectance } => reflectance.image().cloned(),
+        _ => None,
+    });
+    let painted = painted.expect("a picture");
+    assert!(painted.set == 0 && painted.tinted);
+    // Between red, green and blue, spectra are what is interpolated.
+    let texture = abbe::scene::Texture::Image(painted);
+    let alone = |vertex: usize| texture.eval(600.0, mesh.coordinates(0, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]][vertex]));
+    let mut middle = mesh.coordinates(0, [1.0 / 3.0; 2]);
+    let tint = |at: abbe::geometry::Coordinates| {
+        texture.eval(600.0, at) / {
+            let mut white = at;
+            white.colors = [[0.0, 0.0, 0.0, 2.0]; 3];
+            texture.eval(600.0, white)
+        }
+    };
+    middle.uv = mesh.coordinates(0, [0.0; 2]).uv;
+    let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|corner| tint(mesh.coordinates(0, corner)));
+    assert!(alone(0) > 0.0 && (tint(middle) - corners.iter().sum::<f64>() / 3.0).abs() < 1e-9, "{corners:?}");
+    assert!(corners[0] > 0.9 && corners[1] < 0.2 && corners[2] < 0.2, "red alone is bright at 600 nm: {corners:?}");
+}
+
+#[test]
 fn closed_glass_without_a_thickness_is_warned_of_and_may_be_taken_as_solid() {
     let corner = |i: usize| [i & 1, i >> 1 & 1, i >> 2 & 1].map(|c| c as f32);
     let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];

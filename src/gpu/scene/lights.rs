@@ -209,7 +209,7 @@ fn share_of_triangle(radiance: &Texture, geometry: &Geometry, triangle: usize) -
         let [b, c] = [0.754_877_666, 0.569_840_291].map(|a: f64| (a * f64::from(i + 1)).fract());
         if b + c > 1.0 { [1.0 - b, 1.0 - c] } else { [b, c] }
     };
-    let seen = (0..POINTS).map(|i| radiance.eval(NM, mesh.uv(triangle, point(i)))).sum::<f64>() / f64::from(POINTS);
+    let seen = (0..POINTS).map(|i| radiance.eval(NM, mesh.coordinates(triangle, point(i)))).sum::<f64>() / f64::from(POINTS);
     if mean > 0.0 { 0.75 * seen / mean + 0.25 } else { 1.0 }
 }
 

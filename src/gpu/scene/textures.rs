@@ -3,7 +3,7 @@
 use super::primitives::Primitives;
 use super::rows::{Rows, SpectrumRow};
 use crate::gpu::layout::{self, NO_INDEX, Texture};
-use crate::scene::texture::{ImageTexture, Packed, Spectra, Texels, Wrap};
+use crate::scene::texture::{ImageTexture, Packed, Spectra, Texels, Wrap, coordinate_texels, coordinates_of};
 use crate::scene::{self, Geometry, Mesh, Scene};
 use glam::{DVec2, Vec4};
 use std::collections::HashMap;
@@ -99,13 +99,15 @@ impl Textures {
         })
     }
 
-    /// The table, and where in it the texture coordinates begin: two vec4s for each primitive.
+    /// The table, and where in it the texture coordinates begin, which are followed by the colours of vertices where pictures are tinted by them.
     pub(super) fn build(mut self, scene: &Scene, geometry: &Primitives) -> (Vec<Vec4>, usize) {
         if self.records.is_empty() {
             return (Vec::new(), 0);
         }
         let first_uv = self.records.len() * size_of::<Texture>() / size_of::<Vec4>();
-        let first_texel = first_uv + 2 * (geometry.primitives.len() / 3);
+        let (sets, tinted) = coordinates_of(scene);
+        let stride = coordinate_texels((sets, tinted));
+        let first_texel = first_uv + stride * (geometry.primitives.len() / 3);
         for record in &mut self.records {
             record.first_texel += first_texel as u32;
             if (record.sampling >> 6 & 7) == layout::TEXELS_COLORS {
@@ -116,13 +118,19 @@ impl Textures {
         table.resize(first_texel, Vec4::ZERO);
         let mut put = |mesh: &Mesh, places: &[u32]| {
             for (t, &place) in places.iter().enumerate().take(mesh.triangles.len()) {
-                let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|corner| mesh.uv(t, corner));
-                // Far coordinates have few digits in single precision: their whole part is apart.
-                let whole = corners.into_iter().reduce(DVec2::min).map_or(DVec2::ZERO, DVec2::floor);
-                let [a, b, c] = corners.map(|corner| (corner - whole).as_vec2());
-                let at = first_uv + 2 * place as usize;
-                table[at] = Vec4::new(a.x, a.y, b.x, b.y);
-                table[at + 1] = Vec4::new(c.x, c.y, whole.x as f32, whole.y as f32);
+                let at = first_uv + stride * place as usize;
+                for set in 0..sets {
+                    let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|corner| mesh.uv(t, set, corner));
+                    // Far coordinates have few digits in single precision: their whole part is apart.
+                    let whole = corners.into_iter().reduce(DVec2::min).map_or(DVec2::ZERO, DVec2::floor);
+                    let [a, b, c] = corners.map(|corner| (corner - whole).as_vec2());
+                    table[at + 2 * set] = Vec4::new(a.x, a.y, b.x, b.y);
+                    table[at + 2 * set + 1] = Vec4::new(c.x, c.y, whole.x as f32, whole.y as f32);
+                }
+                if tinted {
+                    table[at + 2 * sets..at + stride]
+                        .copy_from_slice(&mesh.coordinates(t, [0.0; 2]).colors.map(Vec4::from_array));
+                }
             }
         };
         let mut places = geometry.place.as_slice();
@@ -159,5 +167,10 @@ fn sampling_of(texture: &ImageTexture) -> u32 {
         Wrap::Mirror => 1,
         Wrap::Clamp => 2,
     });
-    wrap[0] | wrap[1] << 2 | u32::from(texture.nearest) << 4 | u32::from(texture.cutoff.is_some()) << 5
+    wrap[0]
+        | wrap[1] << 2
+        | u32::from(texture.nearest) << 4
+        | u32::from(texture.cutoff.is_some()) << 5
+        | (texture.set as u32) << 11
+        | u32::from(texture.tinted) << 12
 }

@@ -17,7 +17,7 @@ use crate::scene::json::load::Loader;
 use crate::scene::mesh::volume;
 use crate::scene::{Geometry, Mesh, Shape};
 use glam::{DMat4, DVec2};
-use gltf::Primitive;
+use gltf::{Primitive, Semantic};
 use serde_json::{Map, Value};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -32,11 +32,14 @@ pub(in crate::scene) struct Document<'a> {
     known: Known,
 }
 
+/// A glTF material or none, whether its glass is solid whatever the file says, and whether colours of vertices tint it.
+type Key = (Option<usize>, bool, bool);
+
 /// What of a document is read once, whatever refers to it.
 #[derive(Default)]
 struct Known {
     /// Looks of materials.
-    looks: HashMap<(Option<usize>, bool), Look>,
+    looks: HashMap<Key, Look>,
     /// Triangles of a mesh's primitive, and the node whose pose they have if no other has it.
     meshes: HashMap<(usize, usize, Option<usize>), Option<Arc<Mesh>>>,
 }
@@ -124,7 +127,8 @@ impl<'d> Part<'_, 'd, '_> {
         for primitive in mesh.primitives().take(if places.is_empty() { 0 } else { usize::MAX }) {
             let node = json(self.root, &mesh, primitive.index())?;
             let index = node.get("material").map(|n| n.integer(0, u32::MAX)).transpose()?.map(|i| i as usize);
-            let look = self.look(index, false)?;
+            let coloured = primitive.get(&Semantic::Colors(0)).is_some();
+            let look = self.look((index, false, coloured))?;
             let key = (mesh.index(), primitive.index(), own);
             let triangles = match self.known.meshes.get(&key) {
                 Some(known) => known.clone(),
@@ -137,7 +141,7 @@ impl<'d> Part<'_, 'd, '_> {
                 }
             };
             let Some(triangles) = triangles else { continue };
-            let look = self.thick(look, index, &node, &triangles)?;
+            let look = self.thick(look, (index, true, coloured), &node, &triangles)?;
             let name = mesh.name().map_or_else(|| format!("$.meshes[{}]", mesh.index()), str::to_string);
             let name: String = name.chars().filter(|c| !c.is_control()).collect();
             for world in &places {
@@ -157,9 +161,10 @@ impl<'d> Part<'_, 'd, '_> {
         Ok(())
     }
 
-    /// The look of a material, or of none; with its glass as solid if `solid`, whatever the file says.
-    fn look(&mut self, index: Option<usize>, solid: bool) -> Result<Look> {
-        if let Some(look) = self.known.looks.get(&(index, solid)) {
+    /// The look of a material, or of none.
+    fn look(&mut self, key: Key) -> Result<Look> {
+        let (index, solid, coloured) = key;
+        if let Some(look) = self.known.looks.get(&key) {
             return Ok(look.clone());
         }
         let default = Value::Object(Map::new());
@@ -168,20 +173,20 @@ impl<'d> Part<'_, 'd, '_> {
             None => Node { file: self.root.file, path: "$.materials[default]".into(), value: &default },
         };
         let given = index.and_then(|i| self.overrides.material(i));
-        let look = material(self.loader, &mut self.textures, &node, given, solid)?;
+        let look = material(self.loader, &mut self.textures, &node, given, solid, coloured)?;
         let lost = if given.is_none() { properties::of_material(&node) } else { Vec::new() };
         for note in std::mem::take(&mut self.textures.notes).into_iter().chain(lost) {
             self.note(&note);
         }
-        self.known.looks.insert((index, solid), look.clone());
+        self.known.looks.insert(key, look.clone());
         Ok(look)
     }
 
     /// The look of a closed mesh of glass that has no thickness, as Blender writes it: solid if that was asked for, else it is warned of.
-    fn thick(&mut self, look: Look, index: Option<usize>, node: &Node, triangles: &Mesh) -> Result<Look> {
+    fn thick(&mut self, look: Look, solid: Key, node: &Node, triangles: &Mesh) -> Result<Look> {
         let Some(name) = look.pane.as_ref().filter(|_| volume(triangles) != 0.0) else { return Ok(look) };
         if self.loader.solid_glass {
-            return self.look(index, true);
+            return self.look(solid);
         }
         let text = format!(
             "the glass {name:?} on a closed mesh has no thickness (KHR_materials_volume), so that each face is a thin pane that refracts nothing; if the \
@@ -193,12 +198,22 @@ impl<'d> Part<'_, 'd, '_> {
 
     /// The triangles of a primitive that looks like this, with texture coordinates if it has a picture.
     fn triangles(&mut self, primitive: &Primitive, look: &Look, pose: &Pose) -> Result<Option<Mesh>> {
+        let coloured = primitive.get(&Semantic::Colors(0)).is_some();
         let combed = self.loader.scene.follows_tangents(look.material);
-        let mesh = triangles(self.loader, self.asset, self.root, primitive, look.uv_set, combed, pose)?;
+        let mesh = triangles(self.loader, self.asset, self.root, primitive, look.uv_sets, coloured, combed, pose)?;
         let Some(mut mesh) = mesh else { return Ok(None) };
-        if mesh.uvs.is_empty() && self.loader.has_image(look.material, look.emission.as_ref()) {
-            self.note("a textured mesh without texture coordinates shows one texel");
-            mesh.uvs = vec![DVec2::ZERO; mesh.positions.len()];
+        if self.loader.has_image(look.material, look.emission.as_ref()) {
+            if mesh.uvs.is_empty() {
+                mesh.uvs = vec![DVec2::ZERO; mesh.positions.len()];
+                // Colours of vertices are a picture of one texel.
+                if !coloured {
+                    self.note("a textured mesh without texture coordinates shows one texel");
+                }
+            }
+            if look.uv_sets.are_two() && mesh.more_uvs.is_empty() {
+                mesh.more_uvs = vec![DVec2::ZERO; mesh.positions.len()];
+                self.note("a textured mesh without texture coordinates shows one texel");
+            }
         }
         Ok(Some(mesh))
     }

@@ -8,21 +8,23 @@ use crate::bsdf::sheen::LEAST;
 use crate::color::cie;
 use crate::color::upsample;
 use crate::error::Result;
-use crate::scene::gltf::texture::{Textures, Use, uv_set};
+use crate::scene::gltf::texture::{Textures, Use, UvSets};
 use crate::scene::json::load::Loader;
 use crate::scene::json::{Node, THICKEST_FILM, THINNEST_FILM};
 use crate::scene::roughness::Roughness;
+use crate::scene::texture::{Image, ImageTexture, Wrap};
 use crate::scene::{Emission, Grain, Interior, Material, Texture, ThinFilm};
 use crate::spectrum::library::Observer;
 use crate::spectrum::{Ior, LINE_D_NM, Spectrum};
+use std::sync::Arc;
 
 /// A material and what it emits.
 #[derive(Clone)]
 pub(in crate::scene) struct Look {
     pub material: usize,
     pub emission: Option<Emission>,
-    /// The set of texture coordinates that its pictures use.
-    pub uv_set: u32,
+    /// The sets of texture coordinates that its pictures use.
+    pub uv_sets: UvSets,
     /// The name of its glass, if that has no thickness: thin panes, or a body whose file does not say so.
     pub pane: Option<String>,
 }
@@ -62,29 +64,32 @@ struct Reader<'r, 'n, 't> {
     textures: &'r mut Textures<'t>,
     node: &'r Node<'n>,
     pbr: Option<Node<'n>>,
-    uv_set: u32,
+    uv_sets: UvSets,
     /// Is glass without a thickness solid?
     solid: bool,
+    /// Do the colours of vertices tint its base colour?
+    coloured: bool,
     /// The name of the glass that has none.
     pane: Option<String>,
     /// Paints that were made, by the index of the coat on them.
     paints: Vec<(Option<f64>, usize)>,
 }
 
-/// Adds a glTF material to the scene, but for its emission where the scene's material `given` replaces it; its glass is `solid` whatever the file says.
+/// Adds a glTF material to the scene, but for its emission where the scene's material `given` replaces it; its glass is `solid` whatever the file says, and
+/// its colour is that of vertices too where it is `coloured`.
 pub(in crate::scene) fn material(
     loader: &mut Loader,
     textures: &mut Textures,
     node: &Node,
     given: Option<usize>,
     solid: bool,
+    coloured: bool,
 ) -> Result<Look> {
     let pbr = node.get("pbrMetallicRoughness");
-    let mut reader = Reader { loader, textures, node, pbr, uv_set: 0, solid, pane: None, paints: Vec::new() };
+    let mut reader =
+        Reader { loader, textures, node, pbr, uv_sets: UvSets::default(), solid, coloured, pane: None, paints: Vec::new() };
     let slots: &[&str] = if given.is_some() { &["emissiveTexture"] } else { SLOTS };
-    if let Some(info) = slots.iter().find_map(|slot| reader.info(slot)) {
-        reader.uv_set = uv_set(&info)?;
-    }
+    reader.uv_sets = UvSets::of(slots.iter().filter_map(|slot| reader.info(slot)))?;
     if reader.extension("KHR_materials_unlit").is_some() && given.is_none() {
         return reader.unlit();
     }
@@ -96,7 +101,7 @@ pub(in crate::scene) fn material(
             reader.surface(emission.is_some())?
         }
     };
-    Ok(Look { material, emission, uv_set: reader.uv_set, pane: reader.pane })
+    Ok(Look { material, emission, uv_sets: reader.uv_sets, pane: reader.pane })
 }
 
 impl<'n> Reader<'_, 'n, '_> {
@@ -146,7 +151,7 @@ impl<'n> Reader<'_, 'n, '_> {
     fn share(&mut self, factor: f64, slot: &str, channel: usize, cutoff: Option<f64>) -> Result<Texture> {
         if let (Some(info), true) = (self.info(slot), factor > 0.0) {
             let one = Spectrum::Constant(1.0);
-            if let Some(texture) = self.textures.read(&info, self.uv_set, Use::Channel(channel, factor), one, cutoff)? {
+            if let Some(texture) = self.textures.read(&info, self.uv_sets, Use::Channel(channel, factor), one, cutoff)? {
                 return Ok(texture);
             }
         }
@@ -267,7 +272,7 @@ impl<'n> Reader<'_, 'n, '_> {
     fn normal_mapped(&mut self, base: usize) -> Result<usize> {
         let Some(info) = self.node.get("normalTexture") else { return Ok(base) };
         let scale = info.get("scale").map_or(Ok(1.0), |n| n.within(-100.0, 100.0))?;
-        let normals = self.textures.read(&info, self.uv_set, Use::Normals(scale), Spectrum::Constant(1.0), None)?;
+        let normals = self.textures.read(&info, self.uv_sets, Use::Normals(scale), Spectrum::Constant(1.0), None)?;
         Ok(match normals {
             Some(Texture::Image(normals)) => self.push(Material::NormalMapped { base, normals }),
             _ => base,
@@ -305,7 +310,7 @@ impl<'n> Reader<'_, 'n, '_> {
         let mut color = upsample::reflectance_from_linear_srgb(rgb).map_err(|e| node.fail(e, "use another colour"))?;
         if let Some(info) = self.info("sheenColorTexture") {
             let one = Spectrum::Constant(1.0);
-            if let Some(picture) = self.textures.read(&info, self.uv_set, Use::Reflectance(rgb), one, None)? {
+            if let Some(picture) = self.textures.read(&info, self.uv_sets, Use::Reflectance(rgb), one, None)? {
                 self.note("pictures of the colour of sheen: their mean counts (KHR_materials_sheen)");
                 color = Spectrum::sampled(self.loader.reader.range, |nm| picture.average(nm));
             }
@@ -392,11 +397,31 @@ impl<'n> Reader<'_, 'n, '_> {
     fn colour_of(&mut self, rgb: [f64; 3], slot: &str) -> Result<Texture> {
         if let Some(info) = self.info(slot) {
             let one = Spectrum::Constant(1.0);
-            if let Some(texture) = self.textures.read(&info, self.uv_set, Use::Reflectance(rgb), one, None)? {
+            if let Some(texture) = self.textures.read(&info, self.uv_sets, Use::Reflectance(rgb), one, None)? {
                 return Ok(texture);
             }
         }
         Ok(upsample::reflectance_from_linear_srgb(rgb).map_err(|e| self.node.fail(e, "use another colour"))?.into())
+    }
+
+    /// A colour as the vertices tint it, if they do.
+    fn tinted(&self, texture: Texture) -> Texture {
+        if !self.coloured {
+            return texture;
+        }
+        Texture::Image(Arc::new(match texture {
+            Texture::Image(picture) => ImageTexture { tinted: true, ..ImageTexture::clone(&picture) },
+            Texture::Uniform(factor) => ImageTexture {
+                image: Arc::new(Image::white()),
+                wrap: [Wrap::Clamp; 2],
+                nearest: true,
+                to_image: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+                factor,
+                cutoff: None,
+                set: 0,
+                tinted: true,
+            },
+        }))
     }
 
     /// KHR_materials_unlit: it shines as bright as it is painted, 1 cd m^-2 where that is white, and reflects nothing.
@@ -405,17 +430,18 @@ impl<'n> Reader<'_, 'n, '_> {
         let base = colour(self.pbr.as_ref(), "baseColorFactor", [1.0; 3], 1.0)?;
         let white = upsample::white().scaled(1.0 / cie::xyz_of_unit(Observer::Cie1931)[1]);
         let picture = match self.info("baseColorTexture") {
-            Some(info) => self.textures.read(&info, self.uv_set, Use::Light(base), white, None)?,
+            Some(info) => self.textures.read(&info, self.uv_sets, Use::Light(base), white, None)?,
             None => None,
         };
         let radiance = match picture {
             Some(picture) => picture,
             None => photometric(self.node, base, 1.0)?.into(),
         };
+        let radiance = self.tinted(radiance);
         let material = self.loader.black();
         let material = self.present(material, true)?;
         let emission = (!radiance.is_zero()).then_some(Emission { radiance, two_sided: true });
-        Ok(Look { material, emission, uv_set: self.uv_set, pane: None })
+        Ok(Look { material, emission, uv_sets: self.uv_sets, pane: None })
     }
 
     /// The base colour; that of paint under a coat of index `coat`, if there is one. Colours of glTF are those that are seen: its coats send nothing down
@@ -424,12 +450,13 @@ impl<'n> Reader<'_, 'n, '_> {
         let base = colour(self.pbr.as_ref(), "baseColorFactor", [1.0; 3], 1.0)?;
         if let Some(info) = self.info("baseColorTexture") {
             let wanted = coat.map_or(Use::Reflectance(base), |eta| Use::Paint(base, eta));
-            if let Some(texture) = self.textures.read(&info, self.uv_set, wanted, Spectrum::Constant(1.0), None)? {
-                return Ok(texture);
+            if let Some(texture) = self.textures.read(&info, self.uv_sets, wanted, Spectrum::Constant(1.0), None)? {
+                return Ok(self.tinted(texture));
             }
         }
         let base = coat.map_or(base, |eta| base.map(|seen| Coat { eta, rough: None }.paint_of(seen)));
-        Ok(upsample::reflectance_from_linear_srgb(base).map_err(|e| self.node.fail(e, "use another colour"))?.into())
+        let colour = upsample::reflectance_from_linear_srgb(base).map_err(|e| self.node.fail(e, "use another colour"))?;
+        Ok(self.tinted(colour.into()))
     }
 
     /// Paint, under a coat of index `coat` if there is one; KHR_materials_diffuse_transmission lets some light through it.
@@ -573,7 +600,7 @@ impl<'n> Reader<'_, 'n, '_> {
         let two_sided = self.node.get("doubleSided").map_or(Ok(false), |n| n.boolean())?;
         let white = upsample::white().scaled(strength / cie::xyz_of_unit(Observer::Cie1931)[1]);
         let picture = match self.info("emissiveTexture") {
-            Some(info) => self.textures.read(&info, self.uv_set, Use::Light(emissive), white, None)?,
+            Some(info) => self.textures.read(&info, self.uv_sets, Use::Light(emissive), white, None)?,
             None => None,
         };
         let radiance = match picture {

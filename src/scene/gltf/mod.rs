@@ -26,6 +26,7 @@ use crate::scene::gltf::mesh::triangles;
 use crate::scene::gltf::node::{nodes, places, worlds};
 use crate::scene::gltf::pose::Pose;
 use crate::scene::gltf::studio::studio;
+use crate::scene::gltf::texture::UvSets;
 use crate::scene::json::Node;
 use crate::scene::json::files::Files;
 use crate::scene::json::load::{LoadOptions, Loader, film};
@@ -119,7 +120,9 @@ pub(in crate::scene) fn mesh(loader: &mut Loader, file: &Node, path: &Path, byte
         let places = places(loader, &asset, &root, placed, &pose)?;
         for (primitive, world) in mesh.primitives().flat_map(|p| places.iter().map(move |world| (p.clone(), world))) {
             let node = mesh::json(&root, &mesh, primitive.index())?;
-            let Some(part) = triangles(loader, &asset, &root, &primitive, 0, false, &pose)? else { continue };
+            let Some(part) = triangles(loader, &asset, &root, &primitive, UvSets::default(), false, false, &pose)? else {
+                continue;
+            };
             let (part, _) = meshes::place(&part, world).map_err(|(problem, remedy)| node.fail(problem, remedy))?;
             let first = whole.positions.len() as u32;
             smooth &= !part.normals.is_empty();

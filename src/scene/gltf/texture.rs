@@ -46,11 +46,11 @@ impl<'a> Textures<'a> {
     }
 
     /// The texture that `info` (a glTF textureInfo) names, with `factor` on top and a `cutoff` perhaps; none if its picture cannot be read here. All
-    /// textures of a material use the set of coordinates `set`.
+    /// textures of a material use these sets of coordinates.
     pub(in crate::scene) fn read(
         &mut self,
         info: &Node,
-        set: u32,
+        sets: UvSets,
         wanted: Use,
         factor: Spectrum,
         cutoff: Option<f64>,
@@ -61,12 +61,11 @@ impl<'a> Textures<'a> {
             self.notes.push("a texture in a format of an extension is ignored: export pictures as PNG or JPEG".into());
             return Ok(None);
         };
-        if uv_set(info)? != set {
-            self.notes.push(
-                "a material's textures use several sets of coordinates: those that differ from the first are ignored".into(),
-            );
+        let own = uv_set(info)?;
+        let Some(set) = sets.0.iter().position(|set| *set == own) else {
+            self.notes.push("a material's textures use more than two sets of coordinates: those of others are ignored".into());
             return Ok(None);
-        }
+        };
         let sampler = texture.get("sampler").map(|s| s.integer(0, u32::MAX)).transpose()?;
         let sampler = sampler.and_then(|i| self.asset.gltf.samplers().nth(i as usize));
         let wrap = |mode: Option<WrappingMode>| match mode {
@@ -81,6 +80,8 @@ impl<'a> Textures<'a> {
             to_image: transform(info)?,
             factor,
             cutoff,
+            set,
+            tinted: false,
         };
         Ok(Some(Texture::Image(Arc::new(texture))))
     }
@@ -136,8 +137,26 @@ fn extension<'a>(info: &Node<'a>) -> Option<Node<'a>> {
     info.get("extensions").and_then(|e| e.get("KHR_texture_transform"))
 }
 
+/// The sets of texture coordinates that a material's pictures use, of which there are two at most: the first twice where there is one.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(in crate::scene) struct UvSets(pub [u32; 2]);
+
+impl UvSets {
+    /// The first two different sets of these textureInfos.
+    pub(in crate::scene) fn of<'a>(infos: impl Iterator<Item = Node<'a>>) -> Result<Self> {
+        let sets = infos.map(|info| uv_set(&info)).collect::<Result<Vec<_>>>()?;
+        let first = sets.first().copied().unwrap_or(0);
+        Ok(UvSets([first, sets.into_iter().find(|set| *set != first).unwrap_or(first)]))
+    }
+
+    /// Is there a second one?
+    pub(in crate::scene) fn are_two(self) -> bool {
+        self.0[0] != self.0[1]
+    }
+}
+
 /// The set of texture coordinates that a textureInfo uses.
-pub(in crate::scene) fn uv_set(info: &Node) -> Result<u32> {
+fn uv_set(info: &Node) -> Result<u32> {
     let own = extension(info).and_then(|t| t.get("texCoord")).or_else(|| info.get("texCoord"));
     own.map_or(Ok(0), |n| n.integer(0, 15))
 }

@@ -57,7 +57,9 @@ pub fn place(mesh: &Mesh, m: &DMat4) -> Result<(Mesh, usize), Flaw> {
     let is_far = |p: &DVec3| !p.is_finite() || p.abs().max_element() > LARGEST_LENGTH;
     // Vertices without triangles may be anywhere.
     placed.positions.iter_mut().zip(&used).filter(|(p, used)| !**used && is_far(p)).for_each(|(p, _)| *p = DVec3::ZERO);
-    placed.uvs.iter_mut().zip(&used).filter(|(_, used)| !**used).for_each(|(uv, _)| *uv = DVec2::ZERO);
+    for uvs in [&mut placed.uvs, &mut placed.more_uvs] {
+        uvs.iter_mut().zip(&used).filter(|(_, used)| !**used).for_each(|(uv, _)| *uv = DVec2::ZERO);
+    }
     let positions = &placed.positions;
     if let Some(i) = positions.iter().position(is_far) {
         return Err((format!("vertex {i} lies beyond 1e9 m"), "use metres: scale the mesh down".into()));
@@ -84,16 +86,16 @@ pub fn place(mesh: &Mesh, m: &DMat4) -> Result<(Mesh, usize), Flaw> {
 
 /// Can a picture be put on this?
 pub fn check_uvs(geometry: &Geometry) -> Result<(), Flaw> {
-    let uvs = match geometry {
-        Geometry::Mesh(mesh) => mesh.uvs.as_slice(),
-        Geometry::Instance(instance) => instance.mesh().uvs.as_slice(),
-        _ => &[],
+    let (uvs, more) = match geometry {
+        Geometry::Mesh(mesh) => (mesh.uvs.as_slice(), mesh.more_uvs.as_slice()),
+        Geometry::Instance(instance) => (instance.mesh().uvs.as_slice(), instance.mesh().more_uvs.as_slice()),
+        _ => (&[][..], &[][..]),
     };
     if uvs.is_empty() {
         let remedy = "use a quad, or a mesh exported with texture coordinates (UVs)";
         return Err(("a picture is to be put on a shape without texture coordinates".into(), remedy.into()));
     }
-    match uvs.iter().position(|uv| !uv.is_finite() || uv.abs().max_element() > MOST_REPEATS) {
+    match uvs.iter().chain(more).position(|uv| !uv.is_finite() || uv.abs().max_element() > MOST_REPEATS) {
         Some(i) => Err((format!("the texture coordinates of vertex {i} are beyond 1e6"), "export the mesh again".into())),
         None => Ok(()),
     }

@@ -34,7 +34,16 @@ impl Loader {
         let scale = node.get("scale").map_or(Ok(1.0), |n| n.within(0.0, 1.0))?;
         let image = Arc::new(self.reader.picture(node, &file)?.numbers(1, scale));
         let factor = Spectrum::Constant(1.0);
-        Ok(Some(Texture::Image(Arc::new(ImageTexture { image, wrap: [wrap; 2], nearest, to_image, factor, cutoff: None }))))
+        Ok(Some(Texture::Image(Arc::new(ImageTexture {
+            image,
+            wrap: [wrap; 2],
+            nearest,
+            to_image,
+            factor,
+            cutoff: None,
+            set: 0,
+            tinted: false,
+        }))))
     }
 
     /// The picture that `node` names, if it is one: `{"texture", "tiles", "wrap", "filter", "linear", "scale"}`.
@@ -62,7 +71,16 @@ impl Loader {
         };
         let is_measured = matches!(image.texels, Texels::Spectra { .. });
         let factor = if light && !is_measured { upsample::white() } else { Spectrum::Constant(1.0) }.scaled(scale);
-        let texture = Texture::Image(Arc::new(ImageTexture { image, wrap: [wrap; 2], nearest, to_image, factor, cutoff: None }));
+        let texture = Texture::Image(Arc::new(ImageTexture {
+            image,
+            wrap: [wrap; 2],
+            nearest,
+            to_image,
+            factor,
+            cutoff: None,
+            set: 0,
+            tinted: false,
+        }));
         if light {
             self.reader.check_light(node, &texture)?;
         }
@@ -75,7 +93,16 @@ impl Loader {
         let (to_image, wrap, nearest) = placing(node)?;
         let strength = node.get("strength").map_or(Ok(1.0), |n| n.within(-100.0, 100.0))?;
         let image = Arc::new(self.reader.picture(node, &file)?.normals(strength));
-        Ok(Arc::new(ImageTexture { image, wrap: [wrap; 2], nearest, to_image, factor: Spectrum::Constant(1.0), cutoff: None }))
+        Ok(Arc::new(ImageTexture {
+            image,
+            wrap: [wrap; 2],
+            nearest,
+            to_image,
+            factor: Spectrum::Constant(1.0),
+            cutoff: None,
+            set: 0,
+            tinted: false,
+        }))
     }
 
     fn image(&self, file: &Node, picture: &Picture, place: Place, encoding: Encoding) -> Result<Image> {

@@ -12,8 +12,9 @@ mod texels;
 
 pub use texels::{Image, Packed, Spectra, Texels, channel_at, pack_sigmoid, unpack_sigmoid};
 
+use crate::geometry::Coordinates;
 use crate::scene::{Geometry, Material, Mesh, Scene};
-use crate::spectrum::Spectrum;
+use crate::spectrum::{Spectrum, sigmoid};
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -42,6 +43,10 @@ pub struct ImageTexture {
     pub factor: Spectrum,
     /// Filtered values from here on count as 1, those below as 0.
     pub cutoff: Option<f64>,
+    /// Which set of a mesh's texture coordinates places it.
+    pub set: usize,
+    /// Is it multiplied by the colours of the mesh's vertices?
+    pub tinted: bool,
 }
 
 /// What lies beside a picture.
@@ -65,11 +70,11 @@ impl From<Spectrum> for Texture {
 }
 
 impl Texture {
-    /// Value at `nm` and the surface's coordinates `uv`.
-    pub fn eval(&self, nm: f64, uv: DVec2) -> f64 {
+    /// Value at `nm` and these coordinates of a surface.
+    pub fn eval(&self, nm: f64, at: impl Into<Coordinates>) -> f64 {
         match self {
             Texture::Uniform(spectrum) => spectrum.eval(nm),
-            Texture::Image(texture) => texture.eval(nm, uv),
+            Texture::Image(texture) => texture.eval(nm, &at.into()),
         }
     }
 
@@ -136,10 +141,15 @@ impl ImageTexture {
         std::array::from_fn(|i| self.filtered(uv, |texel| self.image.vector(texel)[i]))
     }
 
-    fn eval(&self, nm: f64, uv: DVec2) -> f64 {
-        let value = self.filtered(uv, |texel| self.image.eval(texel, nm));
+    fn eval(&self, nm: f64, at: &Coordinates) -> f64 {
+        let value = self.filtered(at.uv[self.set], |texel| self.image.eval(texel, nm));
         let value = self.cutoff.map_or(value, |cutoff| f64::from(u8::from(value >= cutoff)));
-        value * self.factor.eval(nm)
+        let of_vertex = |c: &[f32; 4]| f64::from(c[3]) * sigmoid(&[c[0], c[1], c[2]].map(f64::from), nm);
+        let tint = match self.tinted {
+            true => at.colors.iter().zip(at.shares).map(|(c, share)| share * of_vertex(c)).sum(),
+            false => 1.0,
+        };
+        value * self.factor.eval(nm) * tint
     }
 
     fn average(&self, nm: f64) -> f64 {
@@ -177,11 +187,19 @@ impl Wrap {
 }
 
 impl Mesh {
-    /// The unit shading normal `ns` (on the outer side) turned as `normals` says at the coordinates `uv` of triangle `t`, whose outer normal is `ng`. The tangent is
+    /// The unit shading normal `ns` (on the outer side) turned as `normals` says at these coordinates of triangle `t`, whose outer normal is `ng`. The tangent is
     /// the mesh's at the point `p` or, where it has none, that of the triangle, made perpendicular to `ns`. A normal that would look inwards is not turned.
-    pub fn mapped_normal(&self, t: usize, p: DVec3, uv: DVec2, ng: DVec3, ns: DVec3, normals: &ImageTexture) -> DVec3 {
+    pub fn mapped_normal(
+        &self,
+        t: usize,
+        p: DVec3,
+        at: impl Into<Coordinates>,
+        ng: DVec3,
+        ns: DVec3,
+        normals: &ImageTexture,
+    ) -> DVec3 {
         let own = self.tangent(t, p);
-        let (along_u, along_v, _) = self.directions_of_picture(t);
+        let (along_u, along_v, _) = self.directions_of_picture(t, normals.set);
         let has_own = own.truncate() != DVec3::ZERO;
         let along = if has_own { own.truncate() } else { along_u };
         let tangent = (along - ns * ns.dot(along)).normalize_or_zero();
@@ -193,7 +211,7 @@ impl Mesh {
         } else {
             up
         };
-        let [x, y, z] = normals.vector(uv);
+        let [x, y, z] = normals.vector(at.into().uv[normals.set]);
         let turned = (tangent * x + up * y + ns * z).normalize_or_zero();
         if tangent != DVec3::ZERO && turned.dot(ng) > 0.0 { turned } else { ns }
     }
@@ -203,6 +221,16 @@ impl Mesh {
 pub fn of_scene(scene: &Scene) -> impl Iterator<Item = &Arc<ImageTexture>> {
     let of_materials = scene.materials.iter().filter_map(Material::image);
     of_materials.chain(scene.shapes.iter().filter_map(|s| s.emission.as_ref()?.radiance.image()))
+}
+
+/// Sets of texture coordinates that a scene's pictures lie on, and whether some are tinted by the colours of vertices.
+pub fn coordinates_of(scene: &Scene) -> (usize, bool) {
+    (1 + of_scene(scene).map(|texture| texture.set).max().unwrap_or(0), of_scene(scene).any(|texture| texture.tinted))
+}
+
+/// Texels of a table, of four numbers each, that a primitive's coordinates take: two for each set, and one for the colour of each vertex.
+pub fn coordinate_texels((sets, tinted): (usize, bool)) -> usize {
+    2 * sets + if tinted { 3 } else { 0 }
 }
 
 /// Bytes of all pictures on a scene's surfaces as an adapter holds them: texels and tables of colours, each once, and texture coordinates.
@@ -238,7 +266,8 @@ pub fn bytes(scene: &Scene) -> u64 {
             _ => count += 1,
         }
     }
-    (parts.values().sum::<usize>() + 32 * (count + shared.values().sum::<usize>())) as u64
+    (parts.values().sum::<usize>() + 16 * coordinate_texels(coordinates_of(scene)) * (count + shared.values().sum::<usize>()))
+        as u64
 }
 
 #[cfg(test)]

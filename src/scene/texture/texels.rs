@@ -92,6 +92,14 @@ impl Packed {
     }
 }
 
+impl Image {
+    /// One texel of 1.
+    pub fn white() -> Self {
+        let stored = Arc::new(Packed::new(1, vec![255]));
+        Image { width: 1, height: 1, texels: Texels::Numbers { stored, scale: 1.0 } }
+    }
+}
+
 impl Spectra {
     /// Values of the bins between these edges, pixel by pixel; those below 0, which denoising and resizing leave, count as 0.
     pub fn new(edges_nm: Vec<f64>, mut values: Vec<f32>) -> Self {

@@ -54,18 +54,24 @@ fn bins(count: usize, width: u32) -> Arc<Image> {
 }
 
 fn texture(image: Arc<Image>, wrap: [Wrap; 2], to_image: [[f64; 3]; 2]) -> ImageTexture {
-    ImageTexture { image, wrap, nearest: false, to_image, factor: Spectrum::Constant(1.0), cutoff: None }
+    ImageTexture { image, wrap, nearest: false, to_image, factor: Spectrum::Constant(1.0), cutoff: None, set: 0, tinted: false }
 }
 
 fn on(texture: ImageTexture) -> Texture {
     Texture::Image(Arc::new(texture))
 }
 
-/// A parallelogram whose corner has the texture coordinates (0, 1).
+/// A parallelogram whose corner has the texture coordinates (0, 1), in the second set turned, with a colour at each corner.
 pub fn quad(corner: DVec3, u: DVec3, v: DVec3) -> Geometry {
     let uvs = [dvec2(0.0, 1.0), dvec2(1.0, 1.0), dvec2(1.0, 0.0), dvec2(0.0, 0.0)].to_vec();
+    let more_uvs = uvs.iter().map(|uv| dvec2(0.7 * uv.x + 0.5 * uv.y, uv.y - 0.4 * uv.x)).collect();
     let positions = vec![corner, corner + u, corner + u + v, corner + v];
-    Geometry::Mesh(Arc::new(Mesh { positions, uvs, triangles: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() }))
+    let colors = COLOURS[..4].iter().map(|&rgb| {
+        let ([c0, c1, c2], factor) = upsample::reflectance_texel(rgb);
+        [c0, c1, c2, factor].map(|v| v as f32)
+    });
+    let colors = colors.collect();
+    Geometry::Mesh(Arc::new(Mesh { positions, uvs, more_uvs, colors, triangles: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() }))
 }
 
 /// A coarse ball, its texture coordinates from -1 to 2, as a screen for wrapping.
@@ -93,14 +99,14 @@ pub fn surfaces() -> Scene {
         [Wrap::Repeat, Wrap::Mirror],
         [[2.1, 0.7, 0.2], [-0.6, 1.9, -0.4]],
     );
-    let floor = material(&mut s, reflects(tiles));
+    let floor = material(&mut s, reflects(ImageTexture { tinted: true, ..tiles }));
     shape(&mut s, floor, quad(dvec3(-2.0, 0.0, 2.0), DVec3::X * 4.0, DVec3::Z * -3.0));
     let blocks = texture(
         packed(&COLOURS, 3, upsample::reflectance_texel),
         [Wrap::Mirror, Wrap::Repeat],
         [[1.5, 0.0, -0.25], [0.0, 1.5, 0.1]],
     );
-    let wall = material(&mut s, reflects(ImageTexture { nearest: true, factor: ramp(0.9, 0.5), ..blocks }));
+    let wall = material(&mut s, reflects(ImageTexture { nearest: true, factor: ramp(0.9, 0.5), set: 1, ..blocks }));
     shape(&mut s, wall, quad(dvec3(-2.0, 0.0, -1.0), DVec3::X * 4.0, DVec3::Y * 3.0));
     let clamped = texture(bins(6, 3), [Wrap::Clamp; 2], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     let clamped = material(&mut s, reflects(clamped));
