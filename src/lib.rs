@@ -43,6 +43,7 @@
 //! - [`bsdf`]: what surfaces and fog do to light
 //! - [`geometry`]: kinds of geometry, and rays against them
 //! - [`color`]: from spectra to colours, and back
+//! - [`channels`]: the spectral channels of EXR files
 //! - [`scene`]: what is rendered, and the files that it is read from
 //! - [`gpu`]: adapters, kernels, and the layout of what they share with the host
 //! - [`gpu::scene`]: a scene in an adapter's memory
@@ -50,14 +51,15 @@
 //! - [`film`]: means and errors of every pixel
 //! - [`render`]: the loop of batches, and when it stops
 //! - [`develop`]: from XYZ to pictures
+//! - [`integrator`]: the GPU's passes, and the plan of what a scene needs of them
 //! - [`output`]: files of spectra and pictures, written and read
 //! - [`compare`]: how far two measurements are apart
-//! - [`integrator`]: the GPU's passes, and the plan of what a scene needs of them
 //! - [`reference`](mod@reference): two plain estimators in double precision
 //! - [`validate`]: renders held to answers known from theory
 //! - `cli`: the `abbe` command, with the feature `cli`
 
 pub mod bsdf;
+pub mod channels;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod color;

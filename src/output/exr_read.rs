@@ -1,28 +1,18 @@
 //! Reading spectral EXRs of the layout in [`super::exr`]: ours and other programs', with any list of wavelengths, half or float, and those of
 //! which a [`Bands`] table says what the channels are. A checkpoint is read as the EXR that its render would write.
 
-use super::bands::{Bands, Selection};
+use super::Checkpoint;
 use super::exr::{Aovs, FilmChannels, Provenance, SOFTWARE, attributes, error_channel_name};
-use super::exr_pixels::{read_lines, read_pixels};
-use super::{Checkpoint, open_plain};
+use crate::channels::{Bands, Quantity, Selection, check_size, open_plain, read_lines, read_pixels};
 use crate::error::{Error, Result};
 use crate::film::Film;
 use exr::block::reader::Reader;
 use exr::meta::attribute::AttributeValue;
 use exr::meta::header::Header;
-use exr::prelude::{Compression, Vec2};
+use exr::prelude::Vec2;
 use std::fs::File;
 use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::Path;
-
-/// What the spectral channels of an image are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    /// `S0`: light, W m^-2 sr^-1 nm^-1.
-    Emissive,
-    /// `T`: reflectance or transmittance.
-    Reflective,
-}
 
 /// A spectral image.
 #[derive(Debug, Clone, PartialEq)]
@@ -253,24 +243,6 @@ fn plain_attributes(all: impl Iterator<Item = (String, AttributeValue)>, softwar
     attributes.extend(software.map(|name| ("software".to_string(), name)));
     attributes.sort();
     attributes
-}
-
-/// Refuses a header that promises more pixels than the file can hold, before anyone allocates for them.
-pub(crate) fn check_size(headers: &[Header], length: u64) -> std::result::Result<(), String> {
-    for header in headers {
-        let (width, height) = (header.layer_size.width() as u128, header.layer_size.height() as u128);
-        let per_pixel: u128 = header.channels.list.iter().map(|c| c.sample_type.bytes_per_sample() as u128).sum();
-        // Deflate packs at most 1032:1; the wavelet and lossy schemes have no such bound, so they get a flat allowance.
-        let packing: u128 = if header.compression == Compression::Uncompressed { 1 } else { 1032 };
-        let most = packing * u128::from(length) + (64 << 20);
-        if width * height * per_pixel > most {
-            return Err(format!("the header promises {width}x{height} pixels, more than {length} bytes can hold"));
-        }
-        if header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1)) {
-            return Err("subsampled channels are not supported".to_string());
-        }
-    }
-    Ok(())
 }
 
 fn plain(value: &AttributeValue) -> Option<String> {

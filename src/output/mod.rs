@@ -1,23 +1,18 @@
 //! What leaves the program: spectral EXR, pictures, plots, and the files' safe replacement; and spectral EXRs read back.
 
-mod bands;
 mod checkpoint;
 pub mod exr;
 mod exr_merge;
-mod exr_pixels;
 mod exr_read;
 mod exr_xyz;
 mod icc;
 pub mod picture;
 
-pub(crate) use bands::Selection;
-pub use bands::{Band, Bands};
+pub use crate::channels::{Band, Bands, Quantity, open_plain};
 pub use checkpoint::{Checkpoint, write_checkpoint};
 pub use exr::{Provenance, write_exr};
 pub use exr_merge::{Merged, merge_exrs};
-pub(crate) use exr_pixels::read_pixels;
-pub(crate) use exr_read::check_size;
-pub use exr_read::{Quantity, SpectralImage};
+pub use exr_read::SpectralImage;
 pub use picture::{picture_exposure, write_picture, write_rgb};
 
 use crate::error::{Error, Result};
@@ -135,12 +130,6 @@ pub fn replace_file<E: std::fmt::Display>(
     drop(buffered);
     written.and(flushed).map_err(|e| Error::file(path, format!("cannot be written: {e}"), REMEDY))?;
     temporary.finish().map_err(|e| Error::file(path, format!("cannot be put in place: {e}"), REMEDY))
-}
-
-/// Opens a file for reading, with its length. Pipes and devices, which could block for ever, are refused.
-pub fn open_plain(path: &Path) -> io::Result<(File, u64)> {
-    let about = std::fs::metadata(path)?;
-    if about.is_file() { Ok((File::open(path)?, about.len())) } else { Err(io::Error::other("this is not a plain file")) }
 }
 
 /// Writes a text file through [`replace_file`].

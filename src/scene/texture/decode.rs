@@ -3,8 +3,8 @@
 use super::exr;
 use super::picture::{Picture, Samples};
 use super::space::ColorSpace;
+use crate::channels::Bands;
 use crate::error::Result;
-use crate::output::Bands;
 use crate::scene::json::Node;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::collections::HashMap;

@@ -2,7 +2,7 @@
 
 use super::picture::{Samples, Spectra};
 use super::space::ColorSpace;
-use crate::output::{Bands, Selection, check_size, read_pixels};
+use crate::channels::{Bands, Selection, check_size, read_pixels};
 use exr::meta::header::Header;
 use exr::prelude::Vec2;
 use std::io::Cursor;

@@ -1,8 +1,8 @@
 //! Pictures on surfaces, as a scene names them: `{"texture": "wood.jpg"}` where a reflectance, a share of a mixture or the radiance of a lamp stands.
 
+use crate::channels::Bands;
 use crate::color::upsample;
 use crate::error::{Result, quoted};
-use crate::output::Bands;
 use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
 use crate::scene::json::spectra::{Place, SpectrumReader};

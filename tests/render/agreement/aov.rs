@@ -3,6 +3,7 @@
 use super::compare::{BATCHES, BLOCKS, Figure, Pair, agree};
 use crate::adapter;
 use crate::scenes::*;
+use crate::sweep;
 use abbe::color::upsample::reflectance_from_linear_srgb;
 use abbe::film::aov::{AovBuffers, albedos};
 use abbe::reference::ReferenceIntegrator;
@@ -103,6 +104,9 @@ fn aovs_agree_with_the_reference() {
     above.film.filter = Filter::Tent { radius: 1.0 };
     above.sensor = orthographic(dvec3(0.2, 3.0, 0.3), DVec3::ZERO, 2.0);
     aovs_agree("orthographic", &above, 12);
+    if sweep::count(1) == 1 {
+        return;
+    }
     let mut plane = everything();
     // Before the water, all within the haze.
     plane.sensor = Sensor::IrradiancePlane { origin: dvec3(0.4, 0.1, 0.7), edge_u: DVec3::X * -0.8, edge_v: DVec3::Y * 0.3 };

@@ -28,7 +28,7 @@ struct Row<'a> {
 ///
 /// # Errors
 /// Those of the file: damaged, cut short, or of a compression that is not supported.
-pub(super) fn read_lines<R: Read + Seek + Send>(
+pub(crate) fn read_lines<R: Read + Seek + Send>(
     reader: Reader<R>,
     layer: usize,
     visit: impl Fn(usize, usize, usize, &[f32]) + Sync,

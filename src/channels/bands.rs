@@ -1,7 +1,6 @@
 //! Which wavelengths the channels of a spectral image are: from their names, or from a table of bands for files that do not say.
 
-use super::exr_read::Quantity;
-use super::open_plain;
+use super::{Quantity, open_plain};
 use crate::error::{Error, Result};
 use crate::spectrum::unit_problem;
 use std::path::Path;
