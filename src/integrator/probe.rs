@@ -14,7 +14,7 @@ use std::io;
 
 /// Probes: before the first batch that goes on beyond so many samples of a pixel, and samples of all pixels together. A short one, so that the first picture comes soon, and a
 /// long one when it is known that it pays.
-const PROBES: [(u64, f64); 2] = [(0, (1 << 15) as f64), (4, (1 << 19) as f64)];
+const PROBES: [(u64, f64); 2] = [(0, (1 << 16) as f64), (4, (1 << 19) as f64)];
 /// In how many rounds; the picture has fewer pixels for it, if it has to.
 const ROUNDS: (f64, f64) = (4.0, 12.0);
 /// Probes have the last numbers of batches, each so many.
