@@ -54,7 +54,7 @@ pub(super) struct Job<'a> {
 
 impl Job<'_> {
     /// Runs so many workgroups of `pass`, up to `limit` of them in a dispatch, in dispatches of about the time that one should take. Returns the counts
-    /// and the time spent in dispatches. One of no workgroups has the driver do what it puts off until a kernel is needed.
+    /// and the time spent in dispatches.
     pub(super) fn run(&self, pass: &mut Pass, groups: u32, limit: u32) -> Result<(BatchStats, Counts, Duration)> {
         let limit = pass.limit.min(limit).max(1);
         let is_cpu = self.gpu.info.is_cpu();
@@ -62,7 +62,7 @@ impl Job<'_> {
         let bindings = pass.kernels.iter().map(|k| k.bind(self.gpu, self.resources)).collect::<Result<Vec<_>>>()?;
         let (mut stats, mut counts, mut time) = (BatchStats::default(), Counts::default(), Duration::ZERO);
         let mut first = 0;
-        loop {
+        while first < groups {
             self.halt.check()?;
             let asked = pass.groups.min(limit);
             let now = asked.min(groups - first);
@@ -86,9 +86,7 @@ impl Job<'_> {
             let elapsed = start.elapsed();
             time += elapsed;
             first += now;
-            if now > 0 {
-                pass.groups = next_groups(asked, now, elapsed, time_of_one);
-            }
+            pass.groups = next_groups(asked, now, elapsed, time_of_one);
             if let Some(timer) = self.timer {
                 for (i, time) in timer.times(self.gpu, kernels)?.into_iter().enumerate() {
                     stats.kernel_times[pass.first_time + i] += time;
@@ -110,10 +108,8 @@ impl Job<'_> {
             };
             let ended = std::array::from_fn(|depth| at(COUNTER_ENDED + depth as u32));
             counts += Counts { nodes: at(COUNTER_NODES), primitives: at(COUNTER_PRIMITIVES), ended };
-            if first >= groups {
-                return Ok((stats, counts, time));
-            }
         }
+        Ok((stats, counts, time))
     }
 }
 

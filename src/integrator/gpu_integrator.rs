@@ -181,7 +181,7 @@ impl GpuIntegrator {
         let seed = fold_seed(seed);
         let (wavelengths, bins) = (Wavelengths::new(scene), scene.film.bins);
         let adaptive = plan.is_adaptive().then(|| Adaptive::new(&scene.film));
-        let mut this = Self {
+        Ok(Self {
             gpu,
             plan,
             camera,
@@ -204,17 +204,7 @@ impl GpuIntegrator {
             sample_bounds: (passes, MOST_SAMPLES),
             sample_places,
             halt: Halt::default(),
-        };
-        this.start_kernels()?;
-        Ok(this)
-    }
-
-    /// Has the driver do now what it puts off until kernels are needed: lavapipe compiles most of them only then.
-    fn start_kernels(&mut self) -> Result<()> {
-        let (width, height) = (self.params.image_width.min(8), self.params.image_height.min(8));
-        let tile = Tile { x: 0, y: 0, width, height };
-        self.trace(tile, Passes { batch: 0, number: 0, count: 0 }, &even_rates(tile))?;
-        Ok(())
+        })
     }
 
     /// From now on [`BatchStats::kernel_times`] are measured; false if the adapter's clock cannot be read.
@@ -319,13 +309,12 @@ impl GpuIntegrator {
         (tables.concat(), wavelength_bins.concat())
     }
 
-    /// Traces passes over one tile, at these rates of its blocks. No passes change nothing.
+    /// Traces passes over one tile, at these rates of its blocks.
     pub(super) fn trace(&mut self, tile: Tile, passes: Passes, rates: &[f64]) -> Result<Traced> {
         let guide =
             self.learned.guide.as_ref().map(|g| self.gpu.table("guide of light paths", &g.table(self.pixels()))).transpose()?;
         let light_paths = self.light_paths(passes);
-        let (guiding_sample_rate, guiding_sample_room) =
-            self.learned.guide.as_mut().map_or((0.0, 0), |g| g.expect(light_paths.max(1.0)));
+        let (guiding_sample_rate, guiding_sample_room) = self.learned.guide.as_mut().map_or((0.0, 0), |g| g.expect(light_paths));
         let (mut stats, mut earlier) = (BatchStats::default(), Vec::new());
         let mut summed = 0;
         let light_units = self.params.light_paths.div_ceil(64);
@@ -362,7 +351,7 @@ impl GpuIntegrator {
                 first_sample: first,
                 samples: count,
                 first_work_group: window.items.len() as u32 * texels::<WorkItem>(),
-                light_units: (count * (light_units / least_groups).min(self.learned.most_samples / count.max(1)).max(1)).max(1),
+                light_units: count * (light_units / least_groups).min(self.learned.most_samples / count).max(1),
                 batch: passes.batch,
                 seed: self.seed,
                 guiding_sample_rate,
@@ -391,9 +380,6 @@ impl GpuIntegrator {
                 self.sum_up(tile, &mut earlier)?;
                 summed = 0;
             }
-        }
-        if passes.count == 0 {
-            self.learned.fitting = u32::MAX;
         }
         Ok(Traced { earlier, stats })
     }
@@ -453,9 +439,6 @@ impl GpuIntegrator {
         let fits = |window: &Window| self.merge.as_ref().is_none_or(|g| 64 * window.samples <= g.slots);
         let mut windows = Vec::new();
         let mut counts = SampleCounts::new(rates.len());
-        if passes.count == 0 {
-            return vec![(0, counts.window(0, 0))];
-        }
         for first in (0..passes.count).step_by(ROUND as usize) {
             let round = ROUND.min(passes.count - first);
             let key = splitmix(splitmix(u64::from(self.seed) << 32 | u64::from(passes.batch)) ^ u64::from(first));
