@@ -11,6 +11,7 @@ use super::params::params;
 use super::probe::probed;
 use super::sample_counts::{ROUND, SampleCounts, Window, splitmix};
 use super::tile_sums::TileSums;
+use super::tiles::{blocks, even_rates, tiles};
 use super::{Feature, Features, Plan, Techniques, Wavelengths, aov};
 use crate::color::cie::K_M;
 use crate::error::{Error, Result};
@@ -49,8 +50,6 @@ const PASSES_PER_SUM: u32 = 64;
 const SAMPLE_BYTES: u64 = 32 << 20;
 /// Likewise on a GPU, which traces some 100,000 paths at a time.
 const SAMPLE_BYTES_GPU: u64 = 128 << 20;
-/// Most bytes of a tile's splats, and half as many of its film: the host holds both once more.
-const TILE_BYTES: u64 = 1 << 30;
 
 /// Renders a scene on an adapter.
 #[derive(Debug)]
@@ -638,40 +637,4 @@ pub fn fold_seed(seed: u64) -> u32 {
 /// How many samples an invocation may take, if one that took `samples` had `rays`.
 fn fitting(samples: u32, rays: u64) -> u32 {
     u32::try_from(u64::from(samples) * RAYS_OF_INVOCATION / rays.max(1)).unwrap_or(u32::MAX)
-}
-
-/// Every block has one sample in every pass.
-pub(super) fn even_rates(tile: Tile) -> Vec<f64> {
-    vec![1.0; blocks(tile) as usize]
-}
-
-/// Blocks of 8 x 8 pixels that a tile takes.
-fn blocks(tile: Tile) -> u32 {
-    tile.width.div_ceil(8) * tile.height.div_ceil(8)
-}
-
-/// Tiles whose film (or splats, twice as large) and visible points of one pass fit an adapter's binding, in whole 8 x 8 blocks, and halved so often; the
-/// largest first.
-fn tiles(gpu: &Gpu, plan: &Plan, width: u32, height: u32, halvings: u32) -> Vec<Tile> {
-    let point = if plan.has(Feature::Merging) { merge::point_bytes(plan) } else { 0 };
-    let pixels = gpu.max_binding().min(TILE_BYTES) / (8 * u64::from(plan.bins + 3)).max(point);
-    let columns = if u64::from(width) * 8 > pixels { (pixels / 64 * 8) as u32 } else { width };
-    let rows = (pixels / u64::from(columns.next_multiple_of(8)) / 8 * 8).clamp(8, 1 << 20) as u32;
-    let mut tiles = Vec::new();
-    for y in (0..height).step_by(rows as usize) {
-        for x in (0..width).step_by(columns as usize) {
-            tiles.push(Tile { x, y, width: columns.min(width - x), height: rows.min(height - y) });
-        }
-    }
-    for _ in 0..halvings {
-        tiles = tiles.into_iter().flat_map(halves).collect();
-    }
-    tiles
-}
-
-/// A tile in two of whole blocks, if it has more than a row of them.
-fn halves(tile: Tile) -> impl Iterator<Item = Tile> {
-    let upper = (tile.height / 2).next_multiple_of(8).min(tile.height);
-    let lower = Tile { y: tile.y + upper, height: tile.height - upper, ..tile };
-    [Tile { height: upper, ..tile }, lower].into_iter().filter(|tile| tile.height > 0)
 }

@@ -15,6 +15,7 @@ mod plan;
 mod probe;
 mod sample_counts;
 mod tile_sums;
+mod tiles;
 mod wavelengths;
 
 pub use budget::{Budget, Probe};

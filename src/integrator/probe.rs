@@ -2,8 +2,9 @@
 
 use super::GpuIntegrator;
 use super::budget::{Budget, Probe};
-use super::gpu_integrator::{Passes, even_rates};
+use super::gpu_integrator::Passes;
 use super::params::coarser;
+use super::tiles::even_rates;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::gpu::layout::Params;
