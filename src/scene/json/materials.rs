@@ -25,6 +25,18 @@ const MATERIALS: &[&str] = &[
     "normal_map",
 ];
 
+/// What may take the place of a glTF file's material: any kind, or one of the scene (`use`); `emission` beside it.
+const OVERRIDES: &[&str] = &{
+    let mut all = ["emission"; MATERIALS.len() + 2];
+    let mut i = 0;
+    while i < MATERIALS.len() {
+        all[i] = MATERIALS[i];
+        i += 1;
+    }
+    all[i] = "use";
+    all
+};
+
 /// The keys of materials, and of what a glTF file's material is replaced with.
 pub(super) const KEYS: Keys = &[
     ("material", MATERIALS),
@@ -42,23 +54,7 @@ pub(super) const KEYS: Keys = &[
     ("mix", &["a", "b", "weight"]),
     ("boundary", &["volume", "medium", "ior", "priority"]),
     ("normal_map", &["of", "texture", "tiles", "wrap", "filter", "strength"]),
-    (
-        "override",
-        &[
-            "diffuse",
-            "diffuse_transmission",
-            "dielectric",
-            "thin_dielectric",
-            "conductor",
-            "coated",
-            "sheen",
-            "mix",
-            "boundary",
-            "normal_map",
-            "use",
-            "emission",
-        ],
-    ),
+    ("override", OVERRIDES),
 ];
 
 /// Films thinner than this show no colours, nm: a soap film is black when it bursts.

@@ -30,27 +30,18 @@ impl Loader {
     pub(in crate::scene) fn number_texture(&mut self, node: &Node) -> Result<Option<Texture>> {
         let Some(file) = node.get("texture") else { return Ok(None) };
         node.object("texture")?;
-        let (to_image, wrap, nearest) = placing(node)?;
+        let lying = Lying::of(node)?;
         let scale = node.get("scale").map_or(Ok(1.0), |n| n.within(0.0, 1.0))?;
         let image = Arc::new(self.reader.picture(node, &file)?.numbers(1, scale));
         let factor = Spectrum::Constant(1.0);
-        Ok(Some(Texture::Image(Arc::new(ImageTexture {
-            image,
-            wrap: [wrap; 2],
-            nearest,
-            to_image,
-            factor,
-            cutoff: None,
-            set: 0,
-            tinted: false,
-        }))))
+        Ok(Some(Texture::Image(Arc::new(lying.picture(image, factor)))))
     }
 
     /// The picture that `node` names, if it is one: `{"texture", "tiles", "wrap", "filter", "linear", "scale"}`.
     pub(in crate::scene) fn image_texture(&mut self, node: &Node, place: Place) -> Result<Option<Texture>> {
         let Some(file) = node.get("texture") else { return Ok(None) };
         node.object("texture")?;
-        let (to_image, wrap, nearest) = placing(node)?;
+        let lying = Lying::of(node)?;
         let scale = match node.get("scale") {
             Some(n) if place == Place::Light => n.non_negative()?,
             Some(n) => n.within(0.0, 1.0)?,
@@ -71,16 +62,7 @@ impl Loader {
         };
         let is_measured = matches!(image.texels, Texels::Spectra { .. });
         let factor = if light && !is_measured { upsample::white() } else { Spectrum::Constant(1.0) }.scaled(scale);
-        let texture = Texture::Image(Arc::new(ImageTexture {
-            image,
-            wrap: [wrap; 2],
-            nearest,
-            to_image,
-            factor,
-            cutoff: None,
-            set: 0,
-            tinted: false,
-        }));
+        let texture = Texture::Image(Arc::new(lying.picture(image, factor)));
         if light {
             self.reader.check_light(node, &texture)?;
         }
@@ -90,19 +72,10 @@ impl Loader {
     /// The picture of normals of a `normal_map`: red to the right, green up the picture, blue outwards, a half standing for 0.
     pub(in crate::scene) fn normals(&mut self, node: &Node) -> Result<Arc<ImageTexture>> {
         let file = node.need("texture")?;
-        let (to_image, wrap, nearest) = placing(node)?;
+        let lying = Lying::of(node)?;
         let strength = node.get("strength").map_or(Ok(1.0), |n| n.within(-100.0, 100.0))?;
         let image = Arc::new(self.reader.picture(node, &file)?.normals(strength));
-        Ok(Arc::new(ImageTexture {
-            image,
-            wrap: [wrap; 2],
-            nearest,
-            to_image,
-            factor: Spectrum::Constant(1.0),
-            cutoff: None,
-            set: 0,
-            tinted: false,
-        }))
+        Ok(Arc::new(lying.picture(image, Spectrum::Constant(1.0))))
     }
 
     fn image(&self, file: &Node, picture: &Picture, place: Place, encoding: Encoding) -> Result<Image> {
@@ -165,17 +138,37 @@ impl SpectrumReader {
     }
 }
 
-/// How the picture that `node` names lies on a surface: from the surface's coordinates to its own, what is beside it, and whether it has hard texels.
-fn placing(node: &Node) -> Result<([[f64; 3]; 2], Wrap, bool)> {
-    let tiles: [f64; 2] = node.get("tiles").map_or(Ok([1.0; 2]), |n| n.numbers())?;
-    if let (Some(node), true) = (node.get("tiles"), tiles.iter().any(|t| !(1e-3..=1e3).contains(&t.abs()))) {
-        return Err(node.fail("a picture is repeated 0.001 to 1000 times", "give two such numbers, negative ones to mirror it"));
+/// How a picture lies on a surface.
+struct Lying {
+    /// From the surface's coordinates to its own.
+    to_image: [[f64; 3]; 2],
+    /// What is beside it.
+    wrap: Wrap,
+    /// Has it hard texels?
+    nearest: bool,
+}
+
+impl Lying {
+    /// As `node` says, which names the picture.
+    fn of(node: &Node) -> Result<Self> {
+        let tiles: [f64; 2] = node.get("tiles").map_or(Ok([1.0; 2]), |n| n.numbers())?;
+        if let (Some(node), true) = (node.get("tiles"), tiles.iter().any(|t| !(1e-3..=1e3).contains(&t.abs()))) {
+            return Err(
+                node.fail("a picture is repeated 0.001 to 1000 times", "give two such numbers, negative ones to mirror it")
+            );
+        }
+        let wrap = match node.get("wrap").map(|n| n.choice(&["repeat", "mirror", "clamp"])).transpose()? {
+            Some("mirror") => Wrap::Mirror,
+            Some("clamp") => Wrap::Clamp,
+            _ => Wrap::Repeat,
+        };
+        let nearest = node.get("filter").map(|n| n.choice(&["linear", "nearest"])).transpose()? == Some("nearest");
+        Ok(Lying { to_image: [[tiles[0], 0.0, 0.0], [0.0, tiles[1], 0.0]], wrap, nearest })
     }
-    let wrap = match node.get("wrap").map(|n| n.choice(&["repeat", "mirror", "clamp"])).transpose()? {
-        Some("mirror") => Wrap::Mirror,
-        Some("clamp") => Wrap::Clamp,
-        _ => Wrap::Repeat,
-    };
-    let nearest = node.get("filter").map(|n| n.choice(&["linear", "nearest"])).transpose()? == Some("nearest");
-    Ok(([[tiles[0], 0.0, 0.0], [0.0, tiles[1], 0.0]], wrap, nearest))
+
+    /// This picture so.
+    fn picture(self, image: Arc<Image>, factor: Spectrum) -> ImageTexture {
+        let Lying { to_image, wrap, nearest } = self;
+        ImageTexture { image, wrap: [wrap; 2], nearest, to_image, factor, cutoff: None, set: 0, tinted: false }
+    }
 }
