@@ -1,16 +1,13 @@
 //! What a path meets at a surface: which material, and with which parameters at the wavelengths of the path.
 
 use super::Stage;
+use super::bsdf::Bsdf;
 use super::interiors::{Crossing, cross, ruling};
 use super::rng::Rng;
-use super::surface::{Bsdf, Over};
+use super::surface::Over;
 use super::walk::{Path, WavelengthSample};
 use crate::bsdf::coat::Coat;
-use crate::bsdf::conductor::RoughConductor;
-use crate::bsdf::fresnel::Metal;
-use crate::bsdf::pane::{Pane, PaneFilm};
 use crate::bsdf::sheen::Sheen;
-use crate::geometry::Coordinates;
 use crate::geometry::world::Hit;
 use crate::scene::roughness::level_at;
 use crate::scene::{Geometry, Grain, Material, Scene, Texture, ThinFilm, direction_of_grain};
@@ -19,16 +16,16 @@ use glam::{DVec3, DVec4};
 use std::collections::BTreeMap;
 
 /// A surface that a path meets, mixtures decided.
-struct Met<'a> {
-    hit: Hit,
+pub(super) struct Met<'a> {
+    pub hit: Hit,
     /// The index of its material.
     index: usize,
-    material: &'a Material,
+    pub material: &'a Material,
     /// Index and GGX width of the coat on it.
-    coat: Option<(&'a Ior, f64)>,
+    pub coat: Option<(&'a Ior, f64)>,
     sheen: Option<(&'a Sheen, &'a Spectrum)>,
-    film: Option<&'a ThinFilm>,
-    grain: Option<Grain>,
+    pub film: Option<&'a ThinFilm>,
+    pub grain: Option<Grain>,
 }
 
 /// What scatters light there: where, how, and through what.
@@ -43,34 +40,8 @@ impl Stage {
         let outside = values(&|nm| self.scene.interiors[ruling(&self.scene, &path.inside)].ior.eval(nm));
         // A sheet in the boundary of a volume is not there: past it light would go straight on into the volume, and come out refracted.
         let is_in_boundary = met.iter().any(|m| self.scene.materials[m.index].interior().is_some());
-        for &Met { hit, material, coat, sheen, film, grain, .. } in &met {
-            let bsdf = match material {
-                Material::Diffuse { reflectance } => Bsdf::Diffuse(values(&|nm| reflectance.eval(nm, hit.uv))),
-                Material::DiffuseTransmission { transmittance } if !is_in_boundary => {
-                    Bsdf::DiffuseTransmission(values(&|nm| transmittance.eval(nm, hit.uv)))
-                }
-                Material::ThinDielectric { ior, alpha, depth, .. } if !is_in_boundary => {
-                    let pane = |(l, &n): (&WavelengthSample, &f64)| pane(ior, depth, film, l.nm, n);
-                    let width = grain.map_or((*alpha).into(), |grain: Grain| grain.width(*alpha));
-                    Bsdf::Thin {
-                        panes: path.wavelengths.iter().zip(&outside).map(pane).collect(),
-                        facets: self.energy(*alpha, grain).map(|e| RoughConductor { alpha: width, energy: &e.conductor }),
-                    }
-                }
-                Material::Conductor { eta, k, alpha } => {
-                    let around = coat.map_or(outside.clone(), |(ior, _)| values(&|nm| ior.eval(nm)));
-                    let of = |(l, n): (&WavelengthSample, &f64)| match film {
-                        Some(film) => Metal::Filmed(film.between(*n, (eta.eval(l.nm), k.eval(l.nm)), l.nm)),
-                        None => Metal::Index(eta.eval(l.nm) / n, k.eval(l.nm) / n),
-                    };
-                    self.metal(path.wavelengths.iter().zip(&around).map(of).collect(), *alpha, grain)
-                }
-                Material::ColoredConductor { reflectance, alpha } => {
-                    let of = |l: &WavelengthSample| Metal::Reflectance(reflectance.eval(l.nm, hit.uv));
-                    self.metal(path.wavelengths.iter().map(of).collect(), *alpha, grain)
-                }
-                _ => continue,
-            };
+        for surface @ &Met { hit, material, coat, sheen, grain, .. } in &met {
+            let Some(bsdf) = self.bsdf(surface, &path.wavelengths, &outside, is_in_boundary) else { continue };
             let of_wavelength = |(ior, alpha): (&Ior, f64), nm: f64, outside: f64| Coat {
                 eta: ior.eval(nm) / outside,
                 rough: self.energy(alpha, None).map(|e| (alpha, &e.coat)),
@@ -101,11 +72,6 @@ impl Stage {
             }
             (beyond, Crossing::Straight) => (beyond, None),
         }
-    }
-
-    fn metal(&self, metal: Vec<Metal>, alpha: f64, grain: Option<Grain>) -> Bsdf<'_> {
-        let width = grain.map_or(alpha.into(), |grain| grain.width(alpha));
-        Bsdf::Conductor { metal, width, energy: self.energy(alpha, grain).map(|e| &e.conductor) }
     }
 
     /// Where this grain points at a hit.
@@ -172,16 +138,6 @@ fn tint(material: &Material, hit: &Hit, path: &Path) -> Vec<f64> {
     material.tint().map_or(vec![], of)
 }
 
-/// A pane in a medium of index `around`.
-fn pane(ior: &Ior, depth: &Spectrum, film: Option<&ThinFilm>, nm: f64, around: f64) -> Pane {
-    let (eta, is_film) = (ior.eval(nm), film.is_some_and(|film| film.ior == *ior));
-    let film = film.map(|film| match is_film {
-        true => PaneFilm::Whole(film.between(around, (around, 0.0), nm)),
-        false => PaneFilm::OnFaces(film.between(around, (around * eta, 0.0), nm)),
-    });
-    Pane { eta, depth: depth.eval(nm), film }
-}
-
 /// The sheens of a scene, by the index of their material.
 pub(super) fn sheens(scene: &Scene) -> BTreeMap<usize, Sheen> {
     let of = |(i, material): (usize, &Material)| match material {
@@ -189,28 +145,4 @@ pub(super) fn sheens(scene: &Scene) -> BTreeMap<usize, Sheen> {
         _ => None,
     };
     scene.materials.iter().enumerate().filter_map(of).collect()
-}
-
-/// How much of a straight ray passes a surface of material number `index` unscattered, per wavelength, if its
-/// dielectrics do not refract there.
-pub(super) fn straight_share(scene: &Scene, index: usize, cos: f64, uv: Coordinates, nm: f64) -> f64 {
-    match &scene.materials[index] {
-        Material::Boundary { .. } | Material::Dielectric { .. } => 1.0,
-        Material::ThinDielectric { ior, alpha: 0.0, tint, depth } => {
-            let pane = pane(ior, depth, scene.thin_films.get(&index), nm, 1.0);
-            tint.as_ref().map_or(1.0, |tint| tint.eval(nm, uv)) * pane.shares(cos)[1]
-        }
-        Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => straight_share(scene, *base, cos, uv, nm),
-        Material::Mix { a, b, weight } => {
-            let w = weight.eval(nm, uv);
-            w * straight_share(scene, *a, cos, uv, nm) + (1.0 - w) * straight_share(scene, *b, cos, uv, nm)
-        }
-        Material::Diffuse { .. }
-        | Material::DiffuseTransmission { .. }
-        | Material::ThinDielectric { .. }
-        | Material::Conductor { .. }
-        | Material::ColoredConductor { .. }
-        | Material::Coated { .. }
-        | Material::Sheen { .. } => 0.0,
-    }
 }

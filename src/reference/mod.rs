@@ -9,12 +9,11 @@
 //! eighth scattering event on it plays Russian roulette with the share of the flux it started with; after `Scene::max_depth` events it is cut,
 //! which [`BatchStats::truncated`] counts. Transport is unpolarised. Light from infinity does not reach into a medium that fills the scene.
 
-mod backward;
-
 mod aov;
+mod backward;
+mod bsdf;
 mod forward;
 mod interiors;
-
 mod light;
 mod material;
 mod medium;

@@ -1,20 +1,15 @@
 //! Scattering at a surface for all wavelengths of a path at once: where light goes from there.
 
+use super::bsdf::Bsdf;
 use super::rng::Rng;
 use super::walk::WavelengthSample;
 use crate::bsdf::coat::Coat;
-use crate::bsdf::conductor::RoughConductor;
-use crate::bsdf::dielectric::RoughDielectric;
-use crate::bsdf::energy::EnergyTable;
 use crate::bsdf::facet;
-use crate::bsdf::fresnel::{self, Metal};
-use crate::bsdf::ggx::Width;
-use crate::bsdf::pane::{Pane, RoughPane};
+use crate::bsdf::fresnel;
 use crate::bsdf::sample_cosine;
 use crate::bsdf::sheen::Sheen;
-use crate::bsdf::thin_film::Stack;
 use crate::geometry::world::Hit;
-use glam::{DMat3, DVec3, dvec3};
+use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
 
 /// What the path carries: the factors at refractions and at shading normals differ (Veach 1997, sec. 5.2 and 5.3).
@@ -24,20 +19,6 @@ pub(super) enum Transport {
     Radiance,
     /// Flux, towards the sensor: forward.
     Flux,
-}
-
-/// A surface's material with its parameters at the wavelengths of a path.
-pub(super) enum Bsdf<'a> {
-    /// Reflectance.
-    Diffuse(Vec<f64>),
-    /// Metal.
-    Conductor { metal: Vec<Metal>, width: Width, energy: Option<&'a EnergyTable> },
-    /// Far index over near index, and the film between, if there is one.
-    Dielectric { eta: Vec<f64>, film: Vec<Stack>, alpha: f64, energy: Option<&'a EnergyTable> },
-    /// Transmittance.
-    DiffuseTransmission(Vec<f64>),
-    /// A pane, and the facets of a rough one.
-    Thin { panes: Vec<Pane>, facets: Option<RoughConductor<'a>> },
 }
 
 /// What else there is to a surface.
@@ -51,6 +32,18 @@ pub(super) struct Over<'a> {
     pub along: Option<DVec3>,
     /// The factor on what gets through it, for each wavelength, or nothing.
     pub tint: Vec<f64>,
+}
+
+impl Over<'_> {
+    /// The reflectance of paint, through the coat if there is one.
+    pub(super) fn paint(&self, rho: f64, wavelength: usize, wo: DVec3, wi: DVec3) -> f64 {
+        self.coat.get(wavelength).map_or(rho, |coat| coat.over_diffuse(rho, wo.z, wi.z.abs()))
+    }
+
+    /// The reflectance of a mirror or facet, likewise.
+    pub(super) fn mirror(&self, r: f64, wavelength: usize, wo: DVec3, wi: DVec3) -> f64 {
+        self.coat.get(wavelength).map_or(r, |coat| coat.over_mirror(r, wo.z, wi.z))
+    }
 }
 
 /// Light that leaves a surface together.
@@ -125,19 +118,7 @@ impl<'a> Surface<'a> {
         }
         let facing = facet::raise(wi, self.frame.z_axis, wi.dot(self.ng).signum());
         let (wo, local) = (self.local(self.wo), self.local(facing));
-        let g = match &self.bsdf {
-            Bsdf::Diffuse(rho) => self.paint(rho[wavelength], wavelength, wo, local) * local.z.max(0.0) / PI,
-            Bsdf::DiffuseTransmission(tau) => self.paint(tau[wavelength], wavelength, wo, local) * (-local.z).max(0.0) / PI,
-            Bsdf::Thin { panes, facets: Some(facets) } => RoughPane { facets: *facets }.eval(wo, local, &panes[wavelength]),
-            Bsdf::Conductor { metal, width, energy: Some(energy) } => {
-                let facets = RoughConductor { alpha: *width, energy };
-                facets.eval(wo, local, |lobe| self.mirror(facets.reflectance(lobe, metal[wavelength]), wavelength, wo, local))
-            }
-            Bsdf::Dielectric { eta, alpha, energy: Some(energy), .. } => {
-                RoughDielectric { alpha: *alpha, eta: eta[wavelength], energy }.eval(wo, local)
-            }
-            _ => 0.0,
-        };
+        let g = self.bsdf.eval(&self.over, wo, local, wavelength);
         let own = self.over.coat.get(wavelength).map_or(0.0, |coat| coat.eval(wo, local));
         let of_sheen = self.over.sheen.as_ref().map_or(0.0, |(sheen, color)| color[wavelength] * sheen.eval(wo, local));
         let tint = if local.z < 0.0 { self.tint(wavelength) } else { 1.0 };
@@ -152,16 +133,6 @@ impl<'a> Surface<'a> {
     /// What sheen leaves of what is under it.
     fn under_sheen(&self, wo: DVec3, wi: DVec3) -> f64 {
         self.over.sheen.as_ref().map_or(1.0, |(sheen, _)| sheen.over(wo.z, wi.z.abs()))
-    }
-
-    /// The reflectance of paint, through the coat if there is one.
-    fn paint(&self, rho: f64, wavelength: usize, wo: DVec3, wi: DVec3) -> f64 {
-        self.over.coat.get(wavelength).map_or(rho, |coat| coat.over_diffuse(rho, wo.z, wi.z.abs()))
-    }
-
-    /// The reflectance of a mirror or facet, likewise.
-    fn mirror(&self, r: f64, wavelength: usize, wo: DVec3, wi: DVec3) -> f64 {
-        self.over.coat.get(wavelength).map_or(r, |coat| coat.over_mirror(r, wo.z, wi.z))
     }
 
     fn local(&self, w: DVec3) -> DVec3 {
@@ -238,91 +209,24 @@ impl<'a> Surface<'a> {
         out
     }
 
+    /// The coat's own reflection or what is under it; each weighs the more for its probability.
     fn sample_local(&self, wo: DVec3, wavelengths: &[WavelengthSample], rng: &mut Rng) -> Vec<Outgoing> {
+        if self.over.coat.is_empty() {
+            return self.bsdf.sample(&self.over, wo, wavelengths, rng);
+        }
         let reflected: Vec<f64> = self.over.coat.iter().map(|coat| 1.0 - coat.transmittance(wo.z)).collect();
-        // Probability of the coat's own reflection; the samples of what is under it weigh the more.
-        let of_coat = if reflected.is_empty() { 0.0 } else { mean(&reflected) };
-        let one = |wi, transmitted, weight: &dyn Fn(usize) -> f64| {
-            let wavelengths = wavelengths.iter().enumerate().map(|(i, l)| l.times(weight(i) / (1.0 - of_coat))).collect();
-            vec![Outgoing { wi, wavelengths, transmitted }]
-        };
-        if of_coat > 0.0 && rng.next() < of_coat {
+        let q = mean(&reflected);
+        if q > 0.0 && rng.next() < q {
             let Some((wi, weight, cos)) = self.over.coat[0].sample(wo, rng.next2()) else { return vec![] };
-            let share = |coat: &Coat| weight * fresnel::dielectric(cos, coat.eta) / of_coat;
+            let share = |coat: &Coat| weight * fresnel::dielectric(cos, coat.eta) / q;
             let wavelengths = wavelengths.iter().zip(&self.over.coat).map(|(l, coat)| l.times(share(coat))).collect();
             return vec![Outgoing { wi, wavelengths, transmitted: false }];
         }
-        match &self.bsdf {
-            Bsdf::Diffuse(rho) => {
-                let wi = sample_cosine(rng.next2());
-                one(wi, false, &|i| self.paint(rho[i], i, wo, wi))
-            }
-            Bsdf::DiffuseTransmission(tau) => {
-                let mut wi = sample_cosine(rng.next2());
-                wi.z = -wi.z;
-                one(wi, true, &|i| self.paint(tau[i], i, wo, wi))
-            }
-            Bsdf::Conductor { metal, energy: None, .. } => {
-                let wi = fresnel::reflect(wo, DVec3::Z);
-                one(wi, false, &|i| self.mirror(metal[i].at(wo.z), i, wo, wi))
-            }
-            Bsdf::Conductor { metal, width, energy: Some(energy) } => {
-                let facets = RoughConductor { alpha: *width, energy };
-                let [u0, u1] = rng.next2();
-                let Some(s) = facets.sample(wo, [u0, u1, rng.next()]) else { return vec![] };
-                one(s.wi, false, &|i| s.weight * self.mirror(facets.reflectance(s.lobe, metal[i]), i, wo, s.wi))
-            }
-            Bsdf::Thin { panes, facets } => {
-                let q = |cos: f64| panes.iter().map(|pane| pane.shares(cos)[0]).sum::<f64>() / panes.len() as f64;
-                let side = |cos: f64, reflects: bool, i: usize| {
-                    if reflects { panes[i].shares(cos)[0] / q(cos) } else { panes[i].shares(cos)[1] / (1.0 - q(cos)) }
-                };
-                if let Some(facets) = facets {
-                    let ([u0, u1], [u2, u3]) = (rng.next2(), rng.next2());
-                    let sampled = RoughPane { facets: *facets }.sample(wo, q, [u0, u1, u2, u3]);
-                    return sampled
-                        .map_or(vec![], |(wi, weight, cos)| one(wi, wi.z < 0.0, &|i| weight * side(cos, wi.z > 0.0, i)));
-                }
-                let reflects = rng.next() < q(wo.z);
-                let wi = if reflects { fresnel::reflect(wo, DVec3::Z) } else { -wo };
-                one(wi, !reflects, &|i| side(wo.z, reflects, i))
-            }
-            Bsdf::Dielectric { eta, film, energy: None, .. } => {
-                let f: Vec<f64> = match film.is_empty() {
-                    true => eta.iter().map(|&n| fresnel::dielectric(wo.z, n)).collect(),
-                    false => film.iter().map(|s| s.reflectance(wo.z)).collect(),
-                };
-                let q = mean(&f);
-                if rng.next() < q {
-                    return one(fresnel::reflect(wo, DVec3::Z), false, &|i| f[i] / q);
-                }
-                let through = |i: usize| fresnel::refract_flat(wo, eta[i]).unwrap_or(dvec3(wo.x, wo.y, 0.0));
-                if eta.iter().all(|&n| n == eta[0]) {
-                    return one(through(0), true, &|i| (1.0 - f[i]) / (1.0 - q));
-                }
-                let parted = wavelengths.iter().enumerate().map(|(i, wavelength)| Outgoing {
-                    wi: through(i),
-                    wavelengths: vec![wavelength.times((1.0 - f[i]) / (1.0 - q))],
-                    transmitted: true,
-                });
-                parted.collect()
-            }
-            Bsdf::Dielectric { eta, alpha, energy: Some(energy), .. } => {
-                let mut scatter = |eta: f64| {
-                    let [u0, u1] = rng.next2();
-                    let [u2, u3] = rng.next2();
-                    RoughDielectric { alpha: *alpha, eta, energy }.sample(wo, [u0, u1, u2, u3])
-                };
-                if eta.iter().all(|&n| n == eta[0]) {
-                    return scatter(eta[0]).map_or(vec![], |(wi, weight)| one(wi, wi.z < 0.0, &|_| weight));
-                }
-                let parted = wavelengths.iter().zip(eta).filter_map(|(wavelength, &eta)| {
-                    let (wi, weight) = scatter(eta)?;
-                    Some(Outgoing { wi, wavelengths: vec![wavelength.times(weight)], transmitted: wi.z < 0.0 })
-                });
-                parted.collect()
-            }
+        let mut out = self.bsdf.sample(&self.over, wo, wavelengths, rng);
+        for wavelength in out.iter_mut().flat_map(|o| &mut o.wavelengths) {
+            wavelength.beta /= 1.0 - q;
         }
+        out
     }
 }
 
@@ -336,6 +240,6 @@ fn number_of(wavelength: &WavelengthSample, wavelengths: &[WavelengthSample]) ->
     wavelengths.iter().position(|l| l.bin == wavelength.bin).unwrap_or(0)
 }
 
-fn mean(values: &[f64]) -> f64 {
+pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }

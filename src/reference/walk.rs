@@ -2,8 +2,8 @@
 //! the wavelengths, one path for each of them. What an estimator records on the way is its [`Observer`]'s business.
 
 use super::Stage;
+use super::bsdf::straight_share;
 use super::interiors::{Crossing, cross, ruling};
-use super::material::straight_share;
 use super::medium::Medium;
 use super::rng::Rng;
 use super::surface::{Surface, Transport};
