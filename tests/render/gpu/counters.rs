@@ -114,14 +114,15 @@ fn fixed_point_sums_stay_at_their_greatest_and_are_counted() {
 
 #[test]
 fn paths_into_more_volumes_than_they_can_keep_are_counted() {
-    // Balls in balls; the innermost rules.
+    // Balls in balls; the innermost rules. What is not among them stands apart, so that both scenes share kernels.
     let nested = |balls: u32| {
         let glass = |i: u32| (format!("glass{i}"), json!({"dielectric": {"ior": 1.1 + 0.1 * f64::from(i), "priority": i}}));
-        let ball = |i: u32| json!({"sphere": {"center": [0, 1, 0], "radius": 1.0 - 0.1 * f64::from(i)}, "material": format!("glass{i}")});
+        let x = |i: u32| if i < balls { 0 } else { 1000 };
+        let ball = |i: u32| json!({"sphere": {"center": [x(i), 1, 0], "radius": 1.0 - 0.1 * f64::from(i)}, "material": format!("glass{i}")});
         let scene = scene_of(json!({
             "max_depth": 12,
-            "materials": (0..balls).map(glass).collect::<serde_json::Map<_, _>>(),
-            "shapes": (0..balls).map(ball).collect::<Vec<_>>(),
+            "materials": (0..9).map(glass).collect::<serde_json::Map<_, _>>(),
+            "shapes": (0..9).map(ball).collect::<Vec<_>>(),
             "lights": [{"constant": {"radiance": 1}}],
         }));
         let mut film = abbe::film::Film::new(&scene.film);
