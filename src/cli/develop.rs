@@ -2,21 +2,19 @@
 
 use super::bands::BandsArgs;
 use super::device::REFERENCE;
+use super::picture::{PictureArgs, choice};
 use super::print::{note, out};
 use super::{Done, Outcome};
 use crate::color::adapt::{Method, White};
-use crate::color::space::Space;
 use crate::color::upsample::white as d65;
 use crate::develop::gamut::Gamut;
-use crate::develop::picture::{AUTO_SHARE, Development, auto_exposure};
-use crate::develop::tone::Tone;
+use crate::develop::picture::{Development, Exposure, PictureSettings};
 use crate::error::{self, Error};
 use crate::gpu::Gpu;
 use crate::output::picture::{Format, Precision};
 use crate::output::{Quantity, SpectralImage, check_writable, write_picture};
 use crate::spectrum::Spectrum;
 use crate::spectrum::library::{self, Observer};
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "Examples:
@@ -33,10 +31,6 @@ A file that Abbe rendered keeps the exposure of its own picture; a reflectance h
 
 const OBSERVERS: [(&str, Observer); 2] = [("1931", Observer::Cie1931), ("1964", Observer::Cie1964)];
 const METHODS: [(&str, Method); 2] = [("bradford", Method::Bradford), ("cat16", Method::Cat16)];
-const TONES: [(&str, Tone); 4] = [("none", Tone::None), ("reinhard", Tone::Reinhard), ("aces", Tone::Aces), ("agx", Tone::AgX)];
-const SPACES: [(&str, Space); 4] =
-    [("srgb", Space::Srgb), ("p3", Space::DisplayP3), ("rec2020", Space::Rec2020), ("acescg", Space::AcesCg)];
-const GAMUTS: [(&str, Gamut); 3] = [("map", Gamut::Map), ("clip", Gamut::Clip), ("keep", Gamut::Keep)];
 const BITS: [(&str, u8); 2] = [("8", 8), ("16", 16)];
 
 #[derive(clap::Args)]
@@ -48,9 +42,8 @@ pub struct Args {
     /// Picture to write: .png, .jpg, or .exr for linear RGB
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
-    /// Exposure in stops, 'auto', or 'auto:95' for the 95th percentile instead of the 99th
-    #[arg(long, value_name = "EV", value_parser = exposure, allow_hyphen_values = true)]
-    exposure: Option<Exposure>,
+    #[command(flatten)]
+    picture: PictureArgs,
     /// Light that is to look white: a CIE illuminant, the temperature of a blackbody, or a chromaticity, as in FL11, 3200K or 0.31,0.33 [default: D65; of a reflectance, its illuminant]
     #[arg(long, value_name = "LIGHT", value_parser = white)]
     white: Option<White>,
@@ -60,15 +53,6 @@ pub struct Args {
     /// CIE observer: 1931 (2 degrees) or 1964 (10 degrees)
     #[arg(long, value_name = "YEAR", default_value = "1931", value_parser = choice(OBSERVERS))]
     observer: Observer,
-    /// Tone curve
-    #[arg(long, value_name = "CURVE", default_value = "none", value_parser = choice(TONES))]
-    tone: Tone,
-    /// Colour space of the picture; acescg only in .exr
-    #[arg(long, value_name = "SPACE", default_value = "srgb", value_parser = choice(SPACES))]
-    space: Space,
-    /// Colours that the space cannot show: map (keep hue and lightness), clip each component, or keep them out of range [default: map; keep in .exr]
-    #[arg(long, value_name = "HOW", value_parser = choice(GAMUTS))]
-    gamut: Option<Gamut>,
     /// Bits per component of a .png
     #[arg(long, value_name = "N", default_value = "8", value_parser = choice(BITS))]
     bits: u8,
@@ -92,15 +76,6 @@ pub struct Args {
 /// in 0.55 times the CPU time of `reference`, reading and writing included, and dull ones in the same; of 1000x700, in 0.6 and 1.1 times.
 const LARGE: usize = 1_000_000;
 
-/// Exposures up and down, in stops: what a file says beyond is not believed.
-const MOST_STOPS: f64 = 200.0;
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Exposure {
-    Stops(f64),
-    Auto(f64),
-}
-
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let format = Format::of(&args.output);
@@ -119,19 +94,18 @@ pub fn run(args: &Args) -> Outcome {
     if args.illuminant.is_some() && !reflective {
         note("note: --illuminant is for reflectances, and this file is of light; see --white");
     }
-    let stops = match args.exposure.or_else(|| own_exposure(&image)) {
-        Some(Exposure::Stops(stops)) => stops,
-        Some(Exposure::Auto(share)) => auto_exposure(&colours.xyz, args.observer, share),
-        None => auto_exposure(&colours.xyz, args.observer, AUTO_SHARE),
+    let own = PictureSettings {
+        exposure: own_exposure(&image),
+        gamut: (format == Some(Format::Exr)).then_some(Gamut::Keep),
+        ..PictureSettings::default()
     };
+    let settings = args.picture.settings().or(own);
+    let stops = settings.exposure.unwrap_or_default().of(&colours.xyz, args.observer);
     let development = Development {
         observer: args.observer,
-        exposure: stops,
         white: args.white.clone().or_else(|| reflective.then_some(White::Light(illuminant))),
         method: args.adaptation,
-        tone: args.tone,
-        space: args.space,
-        gamut: args.gamut.unwrap_or(if format == Some(Format::Exr) { Gamut::Keep } else { Gamut::Map }),
+        ..settings.development(stops)
     };
     let precision = Precision { sixteen_bits: args.bits == 16, dither: !args.no_dither, quality: args.quality };
     let gpu = adapter(args.device.as_deref(), colours.xyz.len())?;
@@ -159,23 +133,7 @@ fn own_exposure(image: &SpectralImage) -> Option<Exposure> {
         return Some(Exposure::Stops(0.0));
     }
     image.attribute("abbe.version")?;
-    image.attribute("EV")?.parse().ok().filter(|v: &f64| v.abs() <= MOST_STOPS).map(Exposure::Stops)
-}
-
-/// A parser of one of several names.
-fn choice<T: Clone + Send + Sync + 'static, const N: usize>(table: [(&'static str, T); N]) -> impl TypedValueParser<Value = T> {
-    let names = PossibleValuesParser::new(table.each_ref().map(|(name, _)| *name));
-    names.try_map(move |name| table.iter().find(|(n, _)| *n == name).map(|(_, value)| value.clone()).ok_or("no such name"))
-}
-
-fn exposure(text: &str) -> Result<Exposure, String> {
-    let percent = |share: &str| share.parse().ok().filter(|p| (0.0..=100.0).contains(p)).map(|p: f64| Exposure::Auto(p / 100.0));
-    let parsed = match text.strip_prefix("auto") {
-        Some("") => Some(Exposure::Auto(AUTO_SHARE)),
-        Some(rest) => rest.strip_prefix(':').and_then(percent),
-        None => text.parse().ok().filter(|v: &f64| v.abs() <= MOST_STOPS).map(Exposure::Stops),
-    };
-    parsed.ok_or_else(|| "write stops, 'auto' or a percentile, as in -1.5, auto or auto:95".to_string())
+    image.attribute("EV")?.parse().ok().filter(|v: &f64| v.abs() <= Exposure::MOST_STOPS).map(Exposure::Stops)
 }
 
 fn light(text: &str) -> Result<Spectrum, String> {
@@ -201,10 +159,6 @@ mod tests {
 
     #[test]
     fn values_are_read_as_they_are_written() {
-        assert_eq!(exposure("-1.5"), Ok(Exposure::Stops(-1.5)));
-        assert_eq!(exposure("auto"), Ok(Exposure::Auto(0.99)));
-        assert_eq!(exposure("auto:95"), Ok(Exposure::Auto(0.95)));
-        assert!(["auto95", "auto:101", "auto:", "bright", "nan", "1e9"].iter().all(|text| exposure(text).is_err()));
         assert_eq!(white("3200K"), Ok(White::blackbody(3200.0)));
         assert_eq!(white("0.31, 0.33"), Ok(White::Chromaticity([0.31, 0.33])));
         assert_eq!(Some(white("d65").expect("D65")), White::illuminant("D65"));

@@ -5,7 +5,7 @@ use super::print::{note, out, percent};
 use super::render::{is_exr, write_files};
 use super::{Done, Outcome};
 use crate::color::cie::is_visible;
-use crate::develop::picture::Development;
+use crate::develop::picture::{Development, PictureSettings};
 use crate::error::{Error, Result};
 use crate::output::exr::Aovs;
 use crate::output::picture::Precision;
@@ -117,7 +117,14 @@ fn merge_shares(args: &Args) -> Outcome {
     // The first share's own, unless the scene has one.
     origin.exposure = first["picture"]["exposure"].as_f64();
     let png = png_of(args, (film.settings().bins.min_nm, film.settings().bins.max_nm));
-    write_files(&args.output, png.as_deref(), film, origin, Aovs { errors: args.errors || errors, ..Aovs::default() })?;
+    write_files(
+        &args.output,
+        png.as_deref(),
+        film,
+        origin,
+        Aovs { errors: args.errors || errors, ..Aovs::default() },
+        &PictureSettings::default(),
+    )?;
     out(&format!(
         "{} samples per pixel in {} batches, estimated relative error {}",
         film.samples_per_pixel(),

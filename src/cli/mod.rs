@@ -19,6 +19,7 @@ mod load;
 mod logger;
 mod merge;
 mod new;
+mod picture;
 pub mod plot;
 mod preview;
 mod print;

@@ -2,7 +2,7 @@
 
 use super::checkpoint::{Interval, interval};
 use super::print::note;
-use crate::develop::picture::{AUTO_SHARE, Development, auto_exposure};
+use crate::develop::picture::{Exposure, PictureSettings};
 use crate::error::Result;
 use crate::film::Film;
 use crate::output::picture::Precision;
@@ -27,15 +27,16 @@ pub struct PreviewArgs {
 pub struct Preview<'a> {
     png: &'a Path,
     interval: Duration,
+    settings: PictureSettings,
     /// When the last one was written, and how long that took.
     last: Option<(Instant, Duration)>,
 }
 
 impl<'a> Preview<'a> {
     /// Into this file, if there is to be any.
-    pub fn new(png: Option<&'a Path>, args: &PreviewArgs) -> Option<Self> {
+    pub fn new(png: Option<&'a Path>, args: &PreviewArgs, settings: PictureSettings) -> Option<Self> {
         match (png, args.preview) {
-            (Some(png), Interval::Every(interval)) => Some(Preview { png, interval, last: None }),
+            (Some(png), Interval::Every(interval)) => Some(Preview { png, interval, settings, last: None }),
             _ => None,
         }
     }
@@ -58,8 +59,8 @@ impl<'a> Preview<'a> {
     fn write(&self, film: &Film) -> Result<()> {
         let settings = film.settings();
         let xyz = film.xyz_image();
-        let exposure = settings.exposure.unwrap_or_else(|| auto_exposure(&xyz, Observer::Cie1931, AUTO_SHARE));
-        let development = Development { exposure, ..Development::default() };
+        let exposure = settings.exposure.map(Exposure::Stops).or(self.settings.exposure).unwrap_or_default();
+        let development = self.settings.development(exposure.of(&xyz, Observer::Cie1931));
         write_picture(self.png, &xyz, settings.width as usize, &development, Precision::default(), None)
     }
 }

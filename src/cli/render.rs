@@ -4,12 +4,14 @@ use super::check::unfound;
 use super::checkpoint::{self, CheckpointArgs, Keeper};
 use super::disk::{self, Sizes};
 use super::load::{MemoryArgs, Overrides};
+use super::picture::PictureArgs;
 use super::preview::{Preview, PreviewArgs};
 use super::print::{self, duration, note, out, percent, si};
 use super::progress::{Bar, Log, Stages};
 use super::{Done, Outcome, device, interrupt, values};
 use crate::color::cie::{is_visible, lacks_for_colour};
-use crate::develop::picture::Development;
+use crate::color::space::Space;
+use crate::develop::picture::{Exposure, PictureSettings};
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::aov::albedos;
@@ -32,6 +34,7 @@ const EXAMPLES: &str = "Examples:
   abbe render scenes/prism.json --size 1280x720 --spp 1024 -o prism.exr
   abbe render scenes/bunny_light.json --time 2m --channels 40
   abbe render scenes/nephroid.json --error 2% --json
+  abbe render scenes/newton.json --exposure auto+1 --tone agx
   abbe render scenes/bunny_light.json --aov error,depth,normal,albedo
   abbe render scenes/cornell_spheres.json --device reference --size 64x64
   abbe render --resume pool.exr                     goes on with a render that was stopped
@@ -68,6 +71,8 @@ pub struct Args {
     /// Extra channels in the EXR, with commas between: standard errors; depth, normal and albedo of what is seen first
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     aov: Vec<Aov>,
+    #[command(flatten)]
+    picture: PictureArgs,
     #[command(flatten)]
     checkpoint: CheckpointArgs,
     #[command(flatten)]
@@ -130,6 +135,7 @@ impl Args {
             "techniques": self.techniques.json(),
             "device": self.device,
             "aov": self.aov.iter().filter_map(|aov| Some(aov.to_possible_value()?.get_name().to_string())).collect::<Vec<_>>(),
+            "picture": self.picture.json(),
             "share": self.checkpoint.share.map(|share| [share.number, share.of]),
             "spp": self.stop.spp,
             "seconds": self.stop.time.map(|t| t.as_secs_f64()),
@@ -174,6 +180,7 @@ impl Args {
             studio: flag("studio"),
         };
         args.checkpoint.share = pair("share").and_then(|(number, of)| Share::new(number, of));
+        args.picture = self.picture.or_json(&request["picture"]);
         args.seed = request["seed"].as_u64().unwrap_or(0);
         args.techniques = device::TechniqueArgs::of_json(&request["techniques"]);
         args.device = args.device.or_else(|| request["device"].as_str().map(str::to_string));
@@ -209,7 +216,14 @@ pub fn run(args: &Args) -> Outcome {
     let talkative = !args.quiet && !args.json;
     args.memory.limit();
     let stages = Stages::show(!talkative);
-    let scene = args.overrides.load(path)?;
+    let mut scene = args.overrides.load(path)?;
+    let settings = args.picture.settings();
+    if settings.space == Some(Space::AcesCg) {
+        return Err(Error::usage("ACEScg is for pictures in .exr", "make one with 'abbe develop' of what is rendered"));
+    }
+    if let Some(exposure) = settings.exposure {
+        scene.film.exposure = if let Exposure::Stops(stops) = exposure { Some(stops) } else { None };
+    }
     let bins = &scene.film.bins;
     // A share is a checkpoint, and no picture.
     let png = (is_visible(bins.min_nm, bins.max_nm) && share.is_none()).then_some(png);
@@ -246,7 +260,7 @@ pub fn run(args: &Args) -> Outcome {
     let bar = Bar::new(args.quiet);
     let plan = format!("{}\n  {room}", device.integrator.describe().trim_end());
     let log = (!args.quiet && !stderr().is_terminal()).then(|| Log::start(&plan));
-    let mut preview = Preview::new(png.as_deref().filter(|_| share.is_none()), &args.preview);
+    let mut preview = Preview::new(png.as_deref().filter(|_| share.is_none()), &args.preview, settings);
     let rendered = loop {
         let rendered = rendering.render(device.integrator.as_mut(), &args.stop.into(), &mut |p, state| {
             bar.update(p);
@@ -305,7 +319,7 @@ pub fn run(args: &Args) -> Outcome {
             exposure: scene.film.exposure,
             irradiance: sensor_area(&scene.sensor).is_some(),
         };
-        if let Err(failure) = write_files(&exr, png.as_deref(), &rendering.film, origin.clone(), aovs) {
+        if let Err(failure) = write_files(&exr, png.as_deref(), &rendering.film, origin.clone(), aovs, &settings) {
             let mut state = Checkpointable::new(&mut rendering, device.integrator.as_mut());
             let elsewhere = disk::keep_elsewhere(&exr, &state.settled().0.film, &origin, aovs);
             let place = elsewhere.or_else(|| keeper.leave(&mut state).ok().flatten().map(Path::to_path_buf));
@@ -376,15 +390,22 @@ fn warnings(scene: &Scene, args: &Args) -> Vec<String> {
     warnings
 }
 
-/// Writes a film as a spectral EXR and, where it is visible, a picture, at the exposure given or that of the picture itself.
-pub fn write_files(exr: &Path, png: Option<&Path>, film: &Film, mut origin: Provenance, aovs: Aovs<'_>) -> Result<()> {
+/// Writes a film as a spectral EXR and, where it is visible, a picture, at the exposure that `origin` has or `settings` say.
+pub fn write_files(
+    exr: &Path,
+    png: Option<&Path>,
+    film: &Film,
+    mut origin: Provenance,
+    aovs: Aovs<'_>,
+    settings: &PictureSettings,
+) -> Result<()> {
     let (xyz, bins) = (film.xyz_image(), &film.settings().bins);
-    let exposure = picture_exposure(&xyz, (bins.min_nm, bins.max_nm), origin.exposure);
+    let exposure = origin.exposure.map(Exposure::Stops).or(settings.exposure).unwrap_or_default();
+    let exposure = picture_exposure(&xyz, (bins.min_nm, bins.max_nm), exposure);
     origin.exposure = Some(exposure);
     write_exr(exr, film, &origin, aovs)?;
     if let Some(png) = png {
-        let development = Development { exposure, ..Development::default() };
-        write_picture(png, &xyz, film.settings().width as usize, &development, Precision::default(), None)?;
+        write_picture(png, &xyz, film.settings().width as usize, &settings.development(exposure), Precision::default(), None)?;
     }
     Ok(())
 }

@@ -28,6 +28,110 @@ pub struct Development {
     pub gamut: Gamut,
 }
 
+/// How the exposure of a picture is found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Exposure {
+    /// As [`Development::exposure`].
+    Stops(f64),
+    /// By [`auto_exposure`], and so many stops more.
+    Auto {
+        /// Share of the pixels that are to be no brighter than 0.9.
+        share: f64,
+        /// Stops more.
+        stops: f64,
+    },
+}
+
+impl Default for Exposure {
+    fn default() -> Self {
+        Exposure::Auto { share: AUTO_SHARE, stops: 0.0 }
+    }
+}
+
+impl Exposure {
+    /// Stops up and down, at most.
+    pub const MOST_STOPS: f64 = 200.0;
+
+    /// Reads `1.5`, `auto`, `auto+1`, `auto-0.5`, `auto:95` (the 95th percentile instead of the 99th) or `auto:95+1`.
+    ///
+    /// # Errors
+    /// What would be right.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let stops = |text: &str| text.parse().ok().filter(|v: &f64| v.abs() <= Self::MOST_STOPS);
+        let auto = |rest: &str| {
+            let (share, more) = rest.split_at(rest.find(['+', '-']).unwrap_or(rest.len()));
+            let share = match share.strip_prefix(':') {
+                Some(percent) => percent.parse().ok().filter(|p| (0.0..=100.0).contains(p)).map(|p: f64| p / 100.0)?,
+                None if share.is_empty() => AUTO_SHARE,
+                None => return None,
+            };
+            let stops = if more.is_empty() { 0.0 } else { stops(more)? };
+            Some(Exposure::Auto { share, stops })
+        };
+        let parsed = match text.strip_prefix("auto") {
+            Some(rest) => auto(rest),
+            None => stops(text).map(Exposure::Stops),
+        };
+        parsed.ok_or_else(|| {
+            "write stops, 'auto', or 'auto' with a percentile or with stops more, as in -1.5, auto, auto:95 or auto+1".into()
+        })
+    }
+
+    /// In stops, for a picture of `xyz`.
+    pub fn of(self, xyz: &[[f32; 3]], observer: Observer) -> f64 {
+        match self {
+            Exposure::Stops(stops) => stops,
+            Exposure::Auto { share, stops } => auto_exposure(xyz, observer, share) + stops,
+        }
+    }
+}
+
+impl std::fmt::Display for Exposure {
+    /// As [`Exposure::parse`] reads it.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Exposure::Stops(stops) => write!(f, "{stops}"),
+            Exposure::Auto { share, stops } => write!(f, "auto:{}{stops:+}", share * 100.0),
+        }
+    }
+}
+
+/// What may be chosen of a picture wherever one is made: what is left open is the maker's to decide.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PictureSettings {
+    /// Exposure.
+    pub exposure: Option<Exposure>,
+    /// Tone curve; none.
+    pub tone: Option<Tone>,
+    /// Colour space; sRGB.
+    pub space: Option<Space>,
+    /// What is done about colours that it cannot show; they are mapped.
+    pub gamut: Option<Gamut>,
+}
+
+impl PictureSettings {
+    /// The development at `exposure` stops, as the 1931 observer sees it.
+    pub fn development(&self, exposure: f64) -> Development {
+        Development {
+            exposure,
+            tone: self.tone.unwrap_or_default(),
+            space: self.space.unwrap_or(Space::Srgb),
+            gamut: self.gamut.unwrap_or_default(),
+            ..Development::default()
+        }
+    }
+
+    /// These, and where they leave something open `others`.
+    pub fn or(self, others: PictureSettings) -> PictureSettings {
+        PictureSettings {
+            exposure: self.exposure.or(others.exposure),
+            tone: self.tone.or(others.tone),
+            space: self.space.or(others.space),
+            gamut: self.gamut.or(others.gamut),
+        }
+    }
+}
+
 impl Default for Development {
     /// sRGB as the 1931 observer sees it, at exposure 0.
     fn default() -> Self {
@@ -165,4 +269,36 @@ pub fn auto_exposure(xyz: &[[f32; 3]], observer: Observer, share: f64) -> f64 {
     let (high, usual) = (percentile(share), percentile(share.min(0.90)));
     let white = if usual * 500.0 < high { high } else { high.min(6.0 * usual) };
     (0.9 * xyz_of_unit(observer)[1] / white).log2()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exposures_are_read_as_they_are_written_and_written_as_they_are_read() {
+        let auto = |share, stops| Ok(Exposure::Auto { share, stops });
+        assert_eq!(Exposure::parse("-1.5"), Ok(Exposure::Stops(-1.5)));
+        assert_eq!(Exposure::parse("auto"), auto(0.99, 0.0));
+        assert_eq!(Exposure::parse("auto:95"), auto(0.95, 0.0));
+        assert_eq!(Exposure::parse("auto+1"), auto(0.99, 1.0));
+        assert_eq!(Exposure::parse("auto-0.5"), auto(0.99, -0.5));
+        assert_eq!(Exposure::parse("auto:90+2"), auto(0.9, 2.0));
+        for text in ["-1.5", "auto", "auto:95", "auto:90-2.25", "auto+1"] {
+            let exposure = Exposure::parse(text).unwrap();
+            assert_eq!(Exposure::parse(&exposure.to_string()), Ok(exposure), "{text}");
+        }
+        let senseless = ["auto95", "auto:101", "auto:", "auto+", "auto+x", "auto+1e9", "auto:-5", "bright", "nan", "1e9", ""];
+        assert!(senseless.iter().all(|text| Exposure::parse(text).is_err()));
+    }
+
+    #[test]
+    fn stops_more_than_automatic_are_just_that() {
+        let xyz = [[0.2, 0.5, 0.1], [3.0, 4.0, 5.0], [1.0, 1.0, 1.0]];
+        let of = |text| Exposure::parse(text).unwrap().of(&xyz, Observer::Cie1931);
+        assert_eq!(of("auto+1.5"), of("auto") + 1.5);
+        assert_eq!(of("auto"), auto_exposure(&xyz, Observer::Cie1931, AUTO_SHARE));
+        assert_ne!(of("auto:10"), of("auto"));
+        assert_eq!(of("-3"), -3.0);
+    }
 }

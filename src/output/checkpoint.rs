@@ -6,6 +6,7 @@
 
 use super::exr::Provenance;
 use super::{open_plain, picture_exposure, replace_file};
+use crate::develop::picture::Exposure;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::render::Rendering;
@@ -110,7 +111,7 @@ impl Checkpoint {
         let mut rendering = Rendering::new(Film::try_new(&film_settings(picture))?);
         self.read(&mut rendering, true)?;
         let bins = rendering.film.settings().bins;
-        let exposure = picture["exposure"].as_f64();
+        let exposure = picture["exposure"].as_f64().map_or_else(Exposure::default, Exposure::Stops);
         let exposure = picture_exposure(&rendering.film.xyz_image(), (bins.min_nm, bins.max_nm), exposure);
         let text = |name: &str| identity[name].as_str().unwrap_or_default().to_string();
         let provenance = Provenance {

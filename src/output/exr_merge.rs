@@ -11,6 +11,7 @@
 use super::exr::{Planes, preview, preview_gain, text, write_planes};
 use super::exr_read::{About, open_exr, range_nm};
 use super::picture::picture_exposure;
+use crate::develop::picture::Exposure;
 use crate::error::{Error, Result};
 use crate::integrator::{fold_seed, mean_squared_radius};
 use exr::meta::attribute::AttributeValue;
@@ -132,7 +133,7 @@ pub fn merge_exrs(paths: &[PathBuf], output: &Path) -> Result<Merged> {
         return Err(Error::file(&paths[0], "it has no XYZ channels", FOREIGN));
     };
     let xyz: Vec<[f32; 3]> = (0..size.area()).map(|pixel| [x, y, z].map(|c| at(c, pixel) as f32)).collect();
-    let exposure = picture_exposure(&xyz, range_nm, given);
+    let exposure = picture_exposure(&xyz, range_nm, given.map_or_else(Exposure::default, Exposure::Stops));
     attributes.list.push(("EV".to_string(), AttributeValue::F32(exposure as f32)));
     let gain = preview_gain(exposure);
     let value = |channel: usize, pixel: usize| match channels[channel].1 {

@@ -5,7 +5,7 @@ use super::replace_file;
 use crate::color::cie::is_visible;
 use crate::color::space::Space;
 use crate::develop::gpu;
-use crate::develop::picture::{AUTO_SHARE, Developer, Development, Whole, auto_exposure};
+use crate::develop::picture::{Developer, Development, Exposure, Whole};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::spectrum::library::Observer;
@@ -56,11 +56,11 @@ impl Default for Precision {
     }
 }
 
-/// Exposure in stops of the picture that goes with a spectral EXR of wavelengths from `lo` to `hi` nm, as the file holds it: the one `given`, or that of the
+/// Exposure in stops of the picture that goes with a spectral EXR of wavelengths from `lo` to `hi` nm, as the file holds it: as it is `given`, from the
 /// picture of `xyz` itself; of what nobody sees, 0.
-pub fn picture_exposure(xyz: &[[f32; 3]], (lo, hi): (f64, f64), given: Option<f64>) -> f64 {
-    let own = || if is_visible(lo, hi) { auto_exposure(xyz, Observer::Cie1931, AUTO_SHARE) } else { 0.0 };
-    f64::from(given.unwrap_or_else(own) as f32)
+pub fn picture_exposure(xyz: &[[f32; 3]], (lo, hi): (f64, f64), given: Exposure) -> f64 {
+    let is_known = is_visible(lo, hi) || matches!(given, Exposure::Stops(_));
+    if is_known { f64::from(given.of(xyz, Observer::Cie1931) as f32) } else { 0.0 }
 }
 
 /// Develops `xyz` (cd m^-2, row by row from the upper left, `width` pixels each) and writes it in the format that the name's ending says, by a

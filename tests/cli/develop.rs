@@ -415,3 +415,31 @@ fn extreme_exposures_write_numbers_or_say_why_not() {
         folder.run(&format!("develop bright.exr -o a.jpg --exposure 100 --tone {tone}"));
     }
 }
+
+#[test]
+fn a_render_makes_the_picture_that_develop_would_make_of_its_spectra() {
+    let folder = Folder::new("render-picture");
+    let png = |name: &str| std::fs::read(folder.path(name)).unwrap();
+    folder.render(" -o plain.exr");
+    for (i, (asked, developed)) in [
+        ("--exposure auto+1 --tone agx --space p3", "--tone agx --space p3"),
+        ("--exposure -0.5 --gamut clip", "--gamut clip"),
+        ("--exposure auto:50", "--exposure auto:50"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        folder.render(&format!(" {asked} --keep-checkpoint -o {i}.exr"));
+        // The exposure is that of the file.
+        folder.run(&format!("develop {i}.exr -o {i}_developed.png {developed}"));
+        assert_eq!(png(&format!("{i}.png")), png(&format!("{i}_developed.png")), "{asked}");
+        folder.run(&format!("develop plain.exr -o {i}_plain.png {asked}"));
+        assert_eq!(png(&format!("{i}.png")), png(&format!("{i}_plain.png")), "{asked}");
+        assert_ne!(png(&format!("{i}.png")), png("plain.png"), "{asked}");
+        // Who goes on with it need not say it again.
+        folder.run(&format!("render --resume {i}.exr --spp 5"));
+        folder.run(&format!("develop {i}.exr -o {i}_more.png {developed}"));
+        assert_eq!(png(&format!("{i}.png")), png(&format!("{i}_more.png")), "{asked}, gone on with");
+    }
+    folder.fails("render ball.json --space acescg", "abbe develop");
+}
