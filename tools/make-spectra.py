@@ -29,6 +29,7 @@ ORIGINS = {
     "cie1964": "CIE 1964 colour-matching functions, 10 degree observer, CIE 018:2019, doi 10.25039/CIE.DS.sqksu2n5",
     "illuminant": "CIE 015:2018 Colorimetry, 4th edition, doi 10.25039/TR.015.2018",
     "old": "CIE 15:2004 Colorimetry, 3rd edition",
+    "daylight": "CIE 15:2004 Colorimetry, 3rd edition, table T.2",
     "D60": "computed by colour-science from the CIE D series formula and its tabulated components, CIE 15:2004",
 }
 
@@ -51,6 +52,12 @@ def observers():
         head += "# units: nm (air), then x, y, z bar, dimensionless\n# range: 360 to 830 nm in steps of 1 nm\n"
         rows = "".join(f"{num(w)} {' '.join(num(v) for v in row)}\n" for w, row in zip(table.wavelengths, table.values))
         write(f"spectra/observer/{stem}.txt", f"{head}name {stem}\n{rows}")
+    parts = [colour.colorimetry.SDS_BASIS_FUNCTIONS_CIE_ILLUMINANT_D_SERIES[name] for name in ("S0", "S1", "S2")]
+    head = "# Components of CIE daylight\n" + CIE.format(origin=ORIGINS["daylight"])
+    head += "# units: nm (air), then S0, S1, S2, relative\n# range: 300 to 830 nm in steps of 5 nm\n"
+    # The CIE prints two decimals; the package's have rounding errors beyond.
+    rows = "".join(f"{num(w)} {' '.join(num(round(part[w], 2)) for part in parts)}\n" for w in parts[0].wavelengths)
+    write("spectra/observer/daylight.txt", f"{head}name daylight\n{rows}")
 
 
 def illuminants():

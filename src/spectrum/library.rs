@@ -78,6 +78,12 @@ pub fn observer(observer: Observer) -> &'static Cmf {
     }
 }
 
+/// The components of CIE daylight: nm, then S0, S1 and S2, relative (CIE 15:2004, table T.2).
+pub fn daylight_components() -> Vec<[f64; 4]> {
+    let rows = SHELVES[0].get("daylight").map_or(&[][..], |entry| &entry.rows);
+    rows.iter().map(|r| [r[0], r[1], r[2], r[3]]).collect()
+}
+
 /// Index of refraction of a glass, crystal or liquid, relative to air, over the range its source gives.
 pub fn glass(name: &str) -> Option<Ior> {
     glass_entry(name).and_then(Entry::ior)

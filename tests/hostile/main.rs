@@ -67,6 +67,7 @@ const CORPUS: &[(&str, Kind)] = &[
     ("tests/data/measured/rii.csv", Kind::Glass),
     ("tests/data/measured/formulas.agf", Kind::Glass),
     ("tests/data/scenes/lamp.ies", Kind::Profile),
+    ("tests/data/scenes/lamp.ldt", Kind::Profile),
     ("tests/data/fichet_emissive_20.exr", Kind::Exr),
     ("tests/data/fichet_reflective_20.exr", Kind::Exr),
 ];
@@ -245,7 +246,7 @@ fn known_attacks_and_inputs_of_past_failures_are_errors_of_one_line() {
             Some("glb" | "gltf") => Kind::Gltf,
             Some("png" | "jpg" | "hdr") => Kind::Texture,
             Some("csv") => Kind::Spectrum,
-            Some("ies") => Kind::Profile,
+            Some("ies" | "ldt") => Kind::Profile,
             Some("exr") => Kind::Exr,
             _ => continue,
         };

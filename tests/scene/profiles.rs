@@ -17,7 +17,8 @@ fn load(file: &str, more: &str) -> Result<Light, String> {
     let base = std::env::temp_dir().join(format!("abbe-profiles-{}-{number}", std::process::id()));
     std::fs::create_dir_all(&base).unwrap();
     std::fs::write(base.join("lamp.ies"), file).unwrap();
-    let spot = format!(r#"[{{"spot": {{"position": [0, 3, 0], "direction": [0, -1, 0], "profile": "lamp.ies"{more}}}}}]"#);
+    let down = if more.contains("direction") { "" } else { r#""direction": [0, -1, 0], "# };
+    let spot = format!(r#"[{{"spot": {{"position": [0, 3, 0], {down}"profile": "lamp.ies"{more}}}}}]"#);
     let scene = load_str(&scene_with("lights", &spot), Path::new("test.json"), &base, &LoadOptions::default());
     std::fs::remove_dir_all(&base).unwrap();
     scene.map(|mut s| s.lights.remove(0)).map_err(|e| e.to_string())
@@ -180,6 +181,7 @@ fn files_that_are_refused_say_why() {
     assert!(load(&good, "").is_ok());
     let cases = [
         ("TILT=NONE", "TILT=INCLUDE", "tilt"),
+        ("TILT=NONE", "TILT=lamp.tlt", "a file of its own"),
         ("TILT=NONE", "TILTED", "no line TILT="),
         ("2 1 1 2 0 0 0", "2 1 2 2 0 0 0", "type B"),
         ("2 1 1 2 0 0 0", "2 1 3 2 0 0 0", "type A"),
@@ -204,4 +206,73 @@ fn files_that_are_refused_say_why() {
     assert!(line.contains("symmetry"), "{line}");
     let line = load(&good, r#", "outer_deg": 20"#).unwrap_err();
     assert!(line.contains("leave out inner_deg"), "{line}");
+}
+
+/// An EULUMDAT file of `planes` C-planes all around, and these angles.
+fn eulumdat(symmetry: u32, planes: u32, written: &[f64], polar: &[f64], candela: impl Fn(f64, f64) -> f64) -> String {
+    let mut lines: Vec<String> = vec!["Maker".into(), "1".into(), symmetry.to_string(), planes.to_string()];
+    lines.extend([format!("{}", 360.0 / f64::from(planes)), polar.len().to_string(), "0".into()]);
+    lines.extend(["report", "name", "number", "lamp.ldt", "2026"].map(String::from));
+    lines.extend(["1200", "100", "80", "1180", "90", "0", "0", "0", "0"].map(String::from));
+    lines.extend(["100", "80", "1.0", "0", "1"].map(String::from));
+    lines.extend(["2", "T16 tube", "2000", "840", "1B", "58"].map(String::from));
+    lines.extend((0..10).map(|i| format!("0.{i}")));
+    lines.extend((0..planes).map(|i| (f64::from(i) * 360.0 / f64::from(planes)).to_string()));
+    lines.extend(polar.iter().map(f64::to_string));
+    // In cd for 1,000 lm; the lamps have 2,000.
+    lines
+        .extend(written.iter().flat_map(|&c| polar.iter().map(move |&g| (c, g))).map(|(c, g)| (0.5 * candela(g, c)).to_string()));
+    lines.join("\r\n")
+}
+
+#[test]
+fn eulumdat_files_of_every_symmetry_are_what_lm_63_says_of_the_same_lamp() {
+    let polar = [0.0, 30.0, 60.0, 90.0];
+    let all: Vec<f64> = (0..8).map(|i| 45.0 * f64::from(i)).collect();
+    let azimuth: Vec<f64> = all.iter().copied().chain([360.0]).collect();
+    // None; about the axis; to the plane of 0 and 180; to that of 90 and 270; to both.
+    type Turn = fn(f64) -> f64;
+    let cases: [(u32, &[f64], Turn); 5] = [
+        (0, &all, |c| 2.0 + (c % 360.0) / 360.0),
+        (1, &[0.0], |_| 1.0),
+        (2, &all[..5], |c| 2.0 + c.to_radians().cos()),
+        (3, &[270.0, 315.0, 0.0, 45.0, 90.0], |c| 2.0 + c.to_radians().sin()),
+        (4, &all[..3], |c| 2.0 + (2.0 * c).to_radians().cos()),
+    ];
+    for (symmetry, written, turn) in cases {
+        let candela = |g: f64, c: f64| (100.0 - g) * turn(c);
+        let (ldt, ies) = (profile(&eulumdat(symmetry, 8, written, &polar, candela)), profile(&file(&polar, &azimuth, candela)));
+        near(ldt.peak_cd(), ies.peak_cd(), 1e-12);
+        for (g, c) in [(0.0, 0.0), (10.0, 20.0), (45.0, 100.0), (70.0, 170.0), (50.0, 200.0), (85.0, 300.0), (33.0, 355.0)] {
+            assert!((ldt.eval(along(g, c)) - ies.eval(along(g, c))).abs() < 1e-9, "symmetry {symmetry} at {g}, {c}");
+        }
+    }
+}
+
+#[test]
+fn damaged_eulumdat_files_are_errors_of_one_line() {
+    let good = eulumdat(1, 4, &[0.0], &[0.0, 90.0], |_, _| 100.0);
+    assert!(load(&good, "").is_ok());
+    let lines: Vec<&str> = good.split("\r\n").collect();
+    for cut in 3..lines.len() {
+        let line = load(&lines[..cut].join("\n"), "").expect_err("cut short");
+        assert!(line.contains("it ends before") && !line.contains('\n'), "{cut}: {line}");
+    }
+    for (at, wrong) in [(3, "0"), (3, "1e9"), (5, "-3"), (25, "99"), (28, "much"), (42, "NaN"), (46, "200"), (48, "-5")] {
+        let mut broken = lines.clone();
+        broken[at] = wrong;
+        let line = load(&broken.join("\n"), "").expect_err(wrong);
+        assert!(!line.contains('\n'), "{line}");
+    }
+}
+
+#[test]
+fn tilt_dims_a_lamp_as_its_file_says() {
+    let tilted = file(&[0.0, 90.0], &[0.0], |_, _| 100.0).replace("TILT=NONE", "TILT=INCLUDE\n1\n3\n0 60 180\n1.0 0.8 0.5");
+    for (direction, factor) in
+        [("[0, -1, 0]", 1.0), ("[1, 0, 0]", 0.725), ("[0, 1, 0]", 0.5), ("[0.8660254037844386, -0.5, 0]", 0.8)]
+    {
+        let light = load(&tilted, &format!(r#", "rotate_deg": 0, "direction": {direction}"#)).unwrap();
+        near(light.luminous_flux_lm().unwrap(), factor * 200.0 * PI, 1e-4);
+    }
 }

@@ -1,7 +1,8 @@
 //! The spectra library: indices of refraction against the makers' and refractiveindex.info's values, and what happens to bad input.
 
+use abbe::color::lamp;
 use abbe::spectrum::library::{self, Observer};
-use abbe::spectrum::{Formula, Ior};
+use abbe::spectrum::{Formula, Ior, Spectrum};
 use flate2::read::GzDecoder;
 use serde_json::Value;
 use std::io::Read;
@@ -240,4 +241,50 @@ fn illuminants_and_reflectances_are_found_by_name() {
     assert!((0.0..0.1).contains(&dark.eval(450.0)) && dark.eval(700.0) > dark.eval(450.0));
     let cmf = library::observer(Observer::Cie1931);
     assert_eq!((cmf.nm.len(), cmf.eval(555.0)[1], cmf.eval(359.9), cmf.eval(830.1)), (471, 1.0, [0.0; 3], [0.0; 3]));
+}
+
+/// Values over that at 560 nm by colour-science 0.4.7 (`CCT_to_xy_CIE_D`, `sd_CIE_illuminant_D_series` without rounded M1 and M2).
+#[test]
+fn daylight_is_as_the_cie_has_it() {
+    for (kelvin, values) in [
+        (4000.0, [0.139527, 0.633882, 0.844858, 1.082714, 1.214455, 0.99868]),
+        (5000.0, [0.244571, 0.87198, 0.957008, 0.977057, 0.916529, 0.783101]),
+        (6504.0, [0.499953, 1.170272, 1.093634, 0.900024, 0.716, 0.633758]),
+        (9300.0, [0.924243, 1.555691, 1.267212, 0.842656, 0.588505, 0.532795]),
+        (20000.0, [1.660908, 2.143433, 1.529102, 0.795246, 0.519165, 0.466272]),
+    ] {
+        let spectrum = lamp::daylight(kelvin);
+        for (nm, value) in [380.0, 450.0, 500.0, 600.0, 700.0, 780.0].into_iter().zip(values) {
+            assert!((spectrum.eval(nm) - value).abs() < 2e-6, "{kelvin} K at {nm} nm: {} is not {value}", spectrum.eval(nm));
+        }
+    }
+}
+
+/// Chromaticity by a sum over the printed observer, every 0.1 nm.
+fn xy(spectrum: &Spectrum) -> [f64; 2] {
+    let cmf = library::observer(Observer::Cie1931);
+    let nm = (0..4700).map(|i| 360.05 + 0.1 * f64::from(i));
+    let sum = nm.fold([0.0; 3], |sum, nm| std::array::from_fn(|k| sum[k] + spectrum.eval(nm) * cmf.eval(nm)[k]));
+    let all: f64 = sum.iter().sum();
+    [sum[0] / all, sum[1] / all]
+}
+
+#[test]
+fn lamps_by_their_colour_have_it() {
+    // Blackbodies by Planck's law with c2 of 0.014388 m K; the first is close to illuminant A.
+    for kelvin in [1800.0, 2856.0, 4000.0, 5000.0, 6500.0, 10_000.0] {
+        let planck = |nm: f64| (nm / 560.0).powi(-5) / ((0.01438776877e9 / (nm * kelvin)).exp() - 1.0);
+        let nm: Vec<f64> = (0..=4700).map(|i| 360.0 + 0.1 * f64::from(i)).collect();
+        let black = Spectrum::Table { values: nm.iter().map(|&nm| planck(nm)).collect(), nm, extend: false };
+        let ([x, y], [x0, y0]) = (xy(&lamp::white_led(kelvin)), xy(&black));
+        assert!((x - x0).hypot(y - y0) < 2e-5, "{kelvin} K: {x}, {y} is not {x0}, {y0}");
+    }
+    for [x, y] in [[1.0 / 3.0, 1.0 / 3.0], [0.4476, 0.4074], [0.2, 0.25], [0.6, 0.35], [0.3, 0.58], [0.17, 0.06]] {
+        let [x1, y1] = xy(&lamp::of_chromaticity([x, y]).unwrap());
+        assert!((x - x1).hypot(y - y1) < 1e-3, "{x1}, {y1} is not {x}, {y}");
+    }
+    // Beyond the spectral colours, next to one, and no chromaticities at all.
+    for wrong in [[0.1, 0.9], [0.08, 0.83], [0.7, 0.4], [-0.1, 0.5], [0.5, 0.0], [f64::NAN, 0.3]] {
+        assert!(lamp::of_chromaticity(wrong).is_err(), "{wrong:?}");
+    }
 }

@@ -73,7 +73,24 @@ const KEYS: Keys = &[
     ("relit", &["intensity", "irradiance", "profile", "rotate_deg"]),
     ("emission", &["radiance", "two_sided"]),
     ("transform", &["scale", "axis", "rotate_deg", "translate", "matrix"]),
-    ("spectrum", &["file", "column", "illuminant", "blackbody", "line", "band", "srgb", "linear_rgb", "reflectance", "scale"]),
+    (
+        "spectrum",
+        &[
+            "file",
+            "column",
+            "illuminant",
+            "blackbody",
+            "daylight",
+            "white_led",
+            "chromaticity",
+            "line",
+            "band",
+            "srgb",
+            "linear_rgb",
+            "reflectance",
+            "scale",
+        ],
+    ),
     ("texture", &["texture", "tiles", "wrap", "filter", "linear", "scale", "bands"]),
     ("line", &["nm", "width", "power"]),
     ("band", &["nm", "width", "value"]),
@@ -98,7 +115,19 @@ pub const SENSORS: &[&str] = &["perspective", "orthographic", "irradiance_plane"
 /// Kinds of geometry.
 pub const GEOMETRIES: &[&str] = &["sphere", "disc", "cylinder", "quad", "box", "prism", "mesh", "gltf", "instance"];
 /// Kinds of spectrum written as an object.
-pub const SPECTRA: &[&str] = &["file", "illuminant", "blackbody", "line", "band", "srgb", "linear_rgb", "reflectance"];
+pub const SPECTRA: &[&str] = &[
+    "file",
+    "illuminant",
+    "blackbody",
+    "daylight",
+    "white_led",
+    "chromaticity",
+    "line",
+    "band",
+    "srgb",
+    "linear_rgb",
+    "reflectance",
+];
 
 /// The keys of `kind`; none for an unknown kind.
 pub fn keys_of(kind: &str) -> &'static [&'static str] {

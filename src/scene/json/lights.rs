@@ -5,8 +5,8 @@ use crate::scene::json::Node;
 use crate::scene::json::keys::Keys;
 use crate::scene::json::load::Loader;
 use crate::scene::json::units::Source;
+use crate::scene::lamp;
 use crate::scene::lamp::environment;
-use crate::scene::lamp::ies;
 use crate::scene::lamp::profile::lamp_axes;
 use crate::scene::light::spot_solid_angle;
 use crate::scene::{Falloff, Light};
@@ -133,7 +133,7 @@ impl Loader {
         if let Some(angle) = node.get("inner_deg").or_else(|| node.get("outer_deg")) {
             return Err(angle.fail("the profile says how far the light spreads", "leave out inner_deg and outer_deg"));
         }
-        let profile = ies::read(&self.reader, &node.need("profile")?)?;
+        let profile = lamp::read(&self.reader, &node.need("profile")?, direction)?;
         let rotation = node.get("rotate_deg").map_or(Ok(0.0), |n| n.within(-360.0, 360.0))?.to_radians();
         let source = Source::Point(profile.solid_angle());
         Ok(Light::Profile {

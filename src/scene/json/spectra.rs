@@ -1,6 +1,6 @@
 //! Spectra and indices of refraction as a scene writes them: a number, `[[nm, value], ...]`, or an object with one kind of source.
 
-use crate::color::upsample;
+use crate::color::{lamp, upsample};
 use crate::error::{Result, quoted, suggest};
 use crate::scene::Texture;
 use crate::scene::json::Node;
@@ -131,6 +131,15 @@ impl SpectrumReader {
                 if at_560 > 0.0 { spectrum.scaled(1.0 / at_560) } else { spectrum }
             }
             "blackbody" => Spectrum::Blackbody { kelvin: inner.within(1.0, 1e6)?, scale: 1.0 },
+            "daylight" | "white_led" | "chromaticity" if place != Place::Light => {
+                return Err(inner.fail(format!("\"{kind}\" is light"), "use it in a lamp, and {\"srgb\": [r, g, b]} here"));
+            }
+            "daylight" => lamp::daylight(inner.within(lamp::DAYLIGHT_K[0], lamp::DAYLIGHT_K[1])?),
+            "white_led" => lamp::white_led(inner.within(lamp::WHITE_LED_K[0], lamp::WHITE_LED_K[1])?),
+            "chromaticity" => {
+                let remedy = "use a less saturated x, y, or a \"line\" or \"band\"";
+                lamp::of_chromaticity(inner.numbers()?).map_err(|problem| inner.fail(problem, remedy))?
+            }
             "line" => {
                 inner.object("line")?;
                 let width_nm = inner.get("width").map_or(Ok(0.1), |n| n.within(1e-3, 1000.0))?;
