@@ -56,6 +56,7 @@
 //! - [`compare`]: how far two measurements are apart
 //! - [`reference`](mod@reference): two plain estimators in double precision
 //! - [`validate`]: renders held to answers known from theory
+//! - `view`: a page in the browser that shows a render or files, with the feature `view`
 //! - `cli`: the `abbe` command, with the feature `cli`
 
 pub mod bsdf;
@@ -82,5 +83,7 @@ pub mod stage;
 pub mod state;
 pub mod stats;
 pub mod validate;
+#[cfg(feature = "view")]
+pub mod view;
 
 pub use error::{Error, Result};

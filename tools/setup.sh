@@ -93,3 +93,13 @@ need_spirv_val() {
         return 2
     fi
 }
+
+have_browser() { command -v chromium >/dev/null && command -v chromedriver >/dev/null; }
+
+# Makes sure of a browser for the test of `abbe view`'s page, which is not run without.
+need_browser() {
+    have_browser && return 0
+    can_install || return 0
+    say "no chromium and chromedriver; installing chromium and chromium-driver"
+    apt_install chromium chromium-driver || return 0
+}

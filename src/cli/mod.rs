@@ -1,4 +1,4 @@
-//! The command line: `abbe new`, `check`, `render`, `develop`, `devices`, `info`, `bench`, `compare`, `probe`, `glass` and `validate`.
+//! The command line: `abbe new`, `check`, `render`, `develop`, `devices`, `info`, `bench`, `compare`, `probe`, `glass`, `validate` and `view`.
 //!
 //! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 1 what was
 //! compared is not alike or not as it must be, 2 the request or its input is at fault, or its files cannot be written (one line says what and what to do), 3 the device failed at its work,
@@ -29,6 +29,8 @@ mod quantity;
 mod render;
 mod validate;
 mod values;
+#[cfg(feature = "view")]
+mod view;
 
 use crate::error::{Error, Result};
 use crate::memory::{self, Lack};
@@ -66,6 +68,7 @@ const EXAMPLES: &str = "Examples:
   abbe devices                                      what Abbe can render on
   abbe glass N-SF11                                 its refractive indices
   abbe validate --case prism-n-bk7                  is that deviated as theory has it?
+  abbe view scenes/prism.json                       live, in the browser: turn it, change its glass, read its spectra
 
 Exit codes:
   0    done
@@ -103,6 +106,9 @@ enum Command {
     Glass(glass::Args),
     /// Hold renders to answers known from theory
     Validate(validate::Args),
+    /// Look at a scene live, or at spectral EXRs, in the browser
+    #[cfg(feature = "view")]
+    View(view::Args),
 }
 
 /// Runs the command line of this process and returns its exit code.
@@ -126,6 +132,8 @@ pub fn main() -> ExitCode {
         Command::Probe(args) => probe::run(&args),
         Command::Glass(args) => glass::run(&args),
         Command::Validate(args) => validate::run(&args),
+        #[cfg(feature = "view")]
+        Command::View(args) => view::run(&args),
     });
     let unwritten = |e| Error::usage(format!("standard output cannot be written: {e}"), "make room where it goes");
     match done.and_then(|done| print::failure().map_or(Ok(done), |e| Err(unwritten(e)))) {

@@ -6,12 +6,11 @@ use super::quantity::Quantity;
 use super::{Done, Outcome, values};
 use crate::cli::plot::{Axis, Curve, Plot};
 use crate::color::bins::emission_weights;
-use crate::color::chromaticity::{correlated_color_temperature, dominant_wavelength};
+use crate::color::chromaticity::{color_of_wavelength, correlated_color_temperature, dominant_wavelength};
 use crate::color::cie::xy;
-use crate::color::convert::{linear_srgb_of_xyz, srgb_encode};
 use crate::error::{Error, Result};
 use crate::output::{SpectralImage, check_writable, write_text};
-use crate::spectrum::library::{self, Observer};
+use crate::spectrum::library::Observer;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -195,14 +194,8 @@ fn plot(image: &SpectralImage, quantity: &Quantity, probes: &[Probe], args: &Arg
 /// The hues of light of single wavelengths, dim towards the ends of the visible, as the plot's fill takes them.
 fn visible_colors(from_nm: f64, to_nm: f64) -> Vec<(f64, String)> {
     const STEPS: u32 = 80;
-    let cmf = library::observer(Observer::Cie1931);
     let color = |nm: f64| {
-        let bar = cmf.eval(nm);
-        // sRGB has no single wavelength: the part of it that a screen can show.
-        let rgb = linear_srgb_of_xyz(bar).map(|v| v.max(0.0));
-        let max = rgb.into_iter().fold(f64::MIN_POSITIVE, f64::max);
-        let brightness = (bar.iter().sum::<f64>() / 0.3).min(1.0);
-        let [r, g, b] = rgb.map(|v| (255.0 * srgb_encode(v / max * brightness)).round() as u8);
+        let [r, g, b] = color_of_wavelength(nm);
         format!("#{r:02x}{g:02x}{b:02x}")
     };
     let at = |i: u32| from_nm + (to_nm - from_nm) * f64::from(i) / f64::from(STEPS);

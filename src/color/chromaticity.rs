@@ -1,6 +1,7 @@
 //! What a chromaticity says of a light: its dominant wavelength, and the temperature of the blackbody that it is like.
 
 use super::cie::{xy, xyz_of};
+use super::convert::{linear_srgb_of_xyz, srgb_encode};
 use crate::spectrum::Spectrum;
 use crate::spectrum::library::{self, Observer};
 
@@ -54,6 +55,15 @@ fn crossing(d: [f64; 2], a: [f64; 2], b: [f64; 2]) -> Option<(f64, f64)> {
     let side = [b[0] - a[0], b[1] - a[1]];
     let (along, length) = (cross(d, a) / cross(side, d), cross(a, side) / cross(d, side));
     ((0.0..=1.0).contains(&along) && length > 0.0).then_some((along, length))
+}
+
+/// sRGB of light of one wavelength: its hue, dim towards the ends of the visible. A screen has no such light: the part of it that it can show.
+pub fn color_of_wavelength(nm: f64) -> [u8; 3] {
+    let bar = library::observer(Observer::Cie1931).eval(nm);
+    let rgb = linear_srgb_of_xyz(bar).map(|v| v.max(0.0));
+    let max = rgb.into_iter().fold(f64::MIN_POSITIVE, f64::max);
+    let brightness = (bar.iter().sum::<f64>() / 0.3).min(1.0);
+    rgb.map(|v| (255.0 * srgb_encode(v / max * brightness)).round() as u8)
 }
 
 /// Correlated colour temperature: the blackbody next to the chromaticity x, y (CIE 1931) in the CIE 1960 diagram, its temperature in K and the

@@ -286,6 +286,11 @@ impl Film {
         self.batches.iter().copied().min().unwrap_or(0)
     }
 
+    /// Samples of a pixel so far.
+    pub fn samples(&self, pixel: usize) -> f64 {
+        self.weight[pixel]
+    }
+
     /// Samples that every pixel has had.
     pub fn samples_per_pixel(&self) -> u64 {
         self.weight.iter().copied().reduce(f64::min).unwrap_or(0.0) as u64

@@ -54,12 +54,12 @@ const SAMPLE_BYTES_GPU: u64 = 128 << 20;
 /// Renders a scene on an adapter.
 #[derive(Debug)]
 pub struct GpuIntegrator {
-    gpu: Arc<Gpu>,
+    pub(super) gpu: Arc<Gpu>,
     pub(super) plan: Plan,
     camera: Pass,
     /// Finds the caustics, where there can be any.
     light: Option<Pass>,
-    scene: GpuScene,
+    pub(super) scene: GpuScene,
     wavelengths: Wavelengths,
     bins: Bins,
     seed: u32,
@@ -70,8 +70,8 @@ pub struct GpuIntegrator {
     samples: Resource,
     pub(super) learned: Learned,
     /// Sums of the tile at hand, cleared whenever they are read.
-    film: (Resource, Staging),
-    splats: Option<(Resource, Staging)>,
+    pub(super) film: (Resource, Staging),
+    pub(super) splats: Option<(Resource, Staging)>,
     /// Those of the tile before.
     landing: Landing,
     merge: Option<Merge>,

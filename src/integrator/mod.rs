@@ -12,6 +12,7 @@ mod learned;
 mod merge;
 mod params;
 mod plan;
+mod preview;
 mod probe;
 mod sample_counts;
 mod tile_sums;

@@ -33,7 +33,7 @@ fn extent(picture: &Params, samples: f64) -> (Params, u32) {
     (part, (samples / pixels).clamp(ROUNDS.0, ROUNDS.1) as u32)
 }
 
-fn unexpected(e: io::Error) -> Error {
+pub(super) fn unexpected(e: io::Error) -> Error {
     Error::device(format!("the guide of light paths cannot be copied: {e}"), "report this")
 }
 

@@ -119,7 +119,7 @@ pub fn channel_name(centre_nm: f64) -> String {
 }
 
 /// Name of the channel with a bin's standard error: `error.390,000000nm`.
-pub(super) fn error_channel_name(centre_nm: f64) -> String {
+pub fn error_channel_name(centre_nm: f64) -> String {
     channel_name(centre_nm).replacen("S0", "error", 1)
 }
 

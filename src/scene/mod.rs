@@ -30,6 +30,7 @@ pub use grain::{Grain, direction_of_grain};
 pub use inside::{initial_interiors, ruling};
 pub use json::keys;
 pub use json::load::{LoadOptions, load, load_str};
+pub use json::parse;
 pub use json::settings::Setting;
 pub use lamp::profile::{Profile, ProfileCell};
 pub(crate) use light::spot_solid_angle;

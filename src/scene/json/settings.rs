@@ -36,7 +36,10 @@ impl Setting {
     }
 
     /// Sets the key in a document; objects on the way to it are made where they are missing.
-    pub(super) fn apply(&self, document: &mut Value) -> Result<()> {
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if the path leads through what has no such place.
+    pub fn apply(&self, document: &mut Value) -> Result<()> {
         let fail = |problem: String, remedy: String| Error::usage(format!("--set {}: {problem}", quoted(&self.text)), remedy);
         let mut place = document;
         for step in &self.path {

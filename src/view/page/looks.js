@@ -1,0 +1,100 @@
+// How the picture is seen: this page's own, and nobody else's.
+
+import { $, figure, h } from "./dom.js";
+import { send } from "./link.js";
+
+export const look = { view: "colors", nm: 550, auto: true, stops: 0, tone: "none", gamut: "map", white: null, observer: "1931" };
+export const VIEWS = [["colors", "Colours"], ["bin", "One wavelength"], ["luminance", "Luminance"], ["error", "Relative error"], ["samples", "Samples"], ["depth", "Depth"], ["normal", "Normals"], ["albedo", "Albedo"]];
+const COMPARE = [["difference", "Difference"], ["delta-e", "ΔE 2000"]];
+let sources = { source: 0, both: false };
+
+export function tell() {
+  send({ type: "look", look, ...sources });
+}
+
+export function setSources(next) {
+  sources = next;
+  tell();
+}
+
+export function set(change) {
+  Object.assign(look, change);
+  refresh();
+  tell();
+}
+
+const option = ([value, text]) => h("option", { value }, text);
+
+export function begin() {
+  const select = (id, text, options, act) => {
+    const element = h("select", { id }, ...options.map(option));
+    element.addEventListener("change", () => act(element.value));
+    return h("div", { class: "field" }, h("label", { for: id }, text), element);
+  };
+  const range = (id, text, attributes, act) => {
+    const element = h("input", { id, type: "range", ...attributes });
+    element.addEventListener("input", () => act(Number(element.value)));
+    return h("div", { class: "field" }, h("label", { for: id }, text), element, h("output", { id: `${id}-out`, for: id }));
+  };
+  const auto = h("input", { id: "auto", type: "checkbox", checked: true });
+  auto.addEventListener("change", () => {
+    const fixed = Number($("exposure-now").dataset.stops ?? 0);
+    set(auto.checked ? { auto: true, stops: 0 } : { auto: false, stops: Math.round(fixed * 10) / 10 });
+  });
+  const kelvins = [2700, 3200, 4000, 5000, 5500, 6500, 7500, 9300].map((k) => [String(k), `${k} K`]);
+  $("view-controls").append(
+    select("view", "Show", VIEWS, (view) => set({ view })),
+    range("nm", "Wavelength", { min: 380, max: 780, step: 1 }, (nm) => set({ nm })),
+    range("stops", "Exposure", { min: -12, max: 12, step: 0.1 }, (stops) => set({ stops })),
+    h("div", { class: "field", id: "auto-row" }, h("label", { for: "auto" }, "Automatic"), auto, h("output", { id: "exposure-now" })),
+    select("tone", "Tone curve", [["none", "None"], ["reinhard", "Reinhard"], ["aces", "ACES"], ["agx", "AgX"]], (tone) => set({ tone })),
+    select("white", "White", [["", "D65"], ["A", "A"], ["D50", "D50"], ["D75", "D75"], ["E", "E"], ["FL2", "FL2"], ["FL11", "FL11"], ...kelvins], (value) => set({ white: value === "" ? null : /^\d+$/.test(value) ? Number(value) : value })),
+    select("gamut", "Gamut", [["map", "Keep hue and lightness"], ["clip", "Clip"]], (gamut) => set({ gamut })),
+    select("observer", "Observer", [["1931", "CIE 1931, 2°"], ["1964", "CIE 1964, 10°"]], (observer) => set({ observer })),
+  );
+  refresh();
+}
+
+export function setDocument(document_) {
+  const two = document_.files?.length > 1 || document_.second;
+  const usual = document_.kind === "files" ? VIEWS.filter(([view]) => view !== "samples") : VIEWS;
+  const options = [...usual, ...(two ? COMPARE : [])];
+  if ($("view").options.length !== options.length) $("view").replaceChildren(...options.map(option));
+  refresh();
+}
+
+export function setBins(edges) {
+  [$("nm").min, $("nm").max] = [edges[0], edges[edges.length - 1]];
+}
+
+function refresh() {
+  for (const key of ["view", "nm", "stops", "tone", "gamut", "observer"]) $(key).value = look[key];
+  const isDeveloped = ["colors", "bin", "delta-e"].includes(look.view);
+  $("nm").closest(".field").hidden = look.view !== "bin";
+  for (const id of ["stops", "auto-row"]) ($(id).closest(".field") ?? $(id)).hidden = !isDeveloped;
+  for (const id of ["tone", "white", "gamut"]) $(id).closest(".field").hidden = look.view !== "colors";
+  $("observer").closest(".field").hidden = ["depth", "normal", "albedo", "samples", "error", "bin"].includes(look.view);
+  $("auto").checked = look.auto;
+  $("nm-out").textContent = `${look.nm} nm`;
+  $("stops-out").textContent = `${look.auto && look.stops >= 0 ? "+" : ""}${look.stops.toFixed(1)} EV`;
+}
+
+/// What came with a frame.
+export function setFrame(head) {
+  if (head.exposure !== undefined) {
+    $("exposure-now").dataset.stops = head.exposure;
+    $("exposure-now").textContent = `${head.exposure >= 0 ? "+" : ""}${head.exposure.toFixed(2)} EV`;
+  }
+  const legend = $("legend");
+  legend.hidden = !head.scale;
+  if (!head.scale) return;
+  const { lo, hi, unit, colors } = head.scale;
+  $("legend-lo").textContent = figure(lo, 3);
+  $("legend-hi").textContent = figure(hi, 3);
+  $("legend-unit").textContent = unit;
+  $("legend-bar").replaceChildren(...colors.map((color, i) => {
+    const rect = document.createElementNS("http://www.w3.org/2000/svg", "rect");
+    for (const [key, value] of Object.entries({ x: (i * 180) / colors.length, width: 180 / colors.length + 0.5, height: 10, fill: color })) rect.setAttribute(key, value);
+    return rect;
+  }));
+}

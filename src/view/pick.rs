@@ -1,0 +1,48 @@
+//! What lies under a pixel.
+
+use crate::geometry::world::{Ray, World};
+use crate::scene::{Scene, Sensor};
+use glam::{DVec3, dvec3};
+
+/// The geometry of a scene, ready to be clicked at.
+pub struct Picker {
+    world: World,
+    /// Width over height of the picture.
+    aspect: f64,
+}
+
+/// A surface that was met.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Met {
+    /// Index of its shape.
+    pub shape: usize,
+    /// Where, m.
+    pub at: DVec3,
+    /// Along the ray, m.
+    pub distance: f64,
+}
+
+impl Picker {
+    /// Takes the time that a hierarchy over the scene does.
+    pub fn new(scene: &Scene) -> Self {
+        let aspect = f64::from(scene.film.width) / f64::from(scene.film.height);
+        let world = World::new(scene.flattened().shapes.iter().map(|s| &s.geometry));
+        Picker { world, aspect }
+    }
+
+    /// The first surface along the ray through the middle of the lens and a place of the picture, from 0 to 1 across and down. What is no surface counts,
+    /// too: it bounds fog. `None` beside everything, and for what is no camera.
+    pub fn pick(&self, sensor: &Sensor, place: [f64; 2]) -> Option<Met> {
+        let (x, y) = ((2.0 * place[0] - 1.0) * self.aspect, 1.0 - 2.0 * place[1]);
+        let ray = match sensor {
+            Sensor::Perspective { eye, frame, tan_half_vfov, .. } => {
+                Ray::new(*eye, (*frame * dvec3(x * tan_half_vfov, y * tan_half_vfov, -1.0)).normalize())
+            }
+            Sensor::Orthographic { eye, frame, height } => {
+                Ray::new(*eye + *frame * dvec3(0.5 * x * height, 0.5 * y * height, 0.0), -frame.z_axis)
+            }
+            Sensor::IrradiancePlane { .. } | Sensor::IrradianceSphere { .. } => return None,
+        };
+        self.world.intersect(&ray).first().map(|hit| Met { shape: hit.shape, at: hit.p, distance: hit.t })
+    }
+}
