@@ -74,7 +74,7 @@ const WATCH: Duration = Duration::from_millis(250);
 pub fn run(args: &Args) -> Outcome {
     let is_image =
         |path: &&PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr") || e.eq_ignore_ascii_case("checkpoint"));
-    let published = Arc::new(Published::new());
+    let published = Arc::new(Published::default());
     let (scenes, images): (Vec<&PathBuf>, Vec<&PathBuf>) = args.paths.iter().partition(|path| !is_image(path));
     if scenes.len() > 1 {
         return Err(Error::usage("two scenes cannot be looked at together", "give one, or render one and give its EXR"));

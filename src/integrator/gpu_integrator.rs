@@ -75,6 +75,8 @@ pub struct GpuIntegrator {
     /// Those of the tile before.
     landing: Landing,
     merge: Option<Merge>,
+    /// Different wavelengths that camera paths of a pass may keep. Where they are merged one for all, so that all photons meet points of their wavelength.
+    pub(super) collapse_wavelengths: u32,
     /// Most passes of one dispatch.
     passes: u32,
     /// Bounds of `most_samples`: however long paths are, and at all.
@@ -198,6 +200,7 @@ impl GpuIntegrator {
             film,
             splats,
             landing: Landing::default(),
+            collapse_wavelengths: if merge.is_some() { 1 } else { 4 },
             merge,
             passes,
             sample_bounds: (passes, MOST_SAMPLES),
@@ -260,12 +263,7 @@ impl GpuIntegrator {
             sum
         };
         // Samples in a row go through the wavelengths of one place.
-        ((inverse(2, pass) + shift(0)).fract(), (inverse(3, pass / u64::from(self.collapse_wavelengths())) + shift(1)).fract())
-    }
-
-    /// Different wavelengths that camera paths of a pass may keep. Where they are merged one for all, so that all photons meet points of their wavelength.
-    fn collapse_wavelengths(&self) -> u32 {
-        if self.merge.is_some() { 1 } else { 4 }
+        ((inverse(2, pass) + shift(0)).fract(), (inverse(3, pass / u64::from(self.collapse_wavelengths)) + shift(1)).fract())
     }
 
     /// Spectra of `count` passes from `first` as the shaders read them, and the bin of each wavelength.
@@ -276,7 +274,7 @@ impl GpuIntegrator {
             let (offset, collapse) = self.offsets(number);
             let sampled = self.wavelengths.pass(offset);
             let wavelength_bins: Vec<u32> = sampled.iter().map(|(nm, _)| self.bins.index_of(*nm)).collect();
-            let kept = self.wavelengths.collapse_wavelengths(self.collapse_wavelengths(), collapse);
+            let kept = self.wavelengths.collapse_wavelengths(self.collapse_wavelengths, collapse);
             let (radius, per_metre) = self.merge.as_ref().map_or((0.0, 0.0), |g| g.radius(number, self.params.image_height));
             let head = PassHead {
                 collapse: UVec4::from_array(kept.map(|(wavelength, _)| wavelength)),

@@ -37,6 +37,7 @@ impl GpuIntegrator {
         self.gpu.clear(&self.film.0);
         self.splats.iter().for_each(|(splats, _)| self.gpu.clear(splats));
         let (picture, fitting, own) = (self.params, self.learned.fitting, self.guide()?);
+        let collapse_wavelengths = self.collapse_wavelengths;
         let uploaded = (picture.spectra_stride, picture.heads, picture.points);
         let seen = params(scene, bounds_of_all(&scene.shapes), &self.scene, merge::reach(scene), uploaded.0)?;
         let coarse = coarser(&Params { heads: uploaded.1, points: uploaded.2, ..seen }, pixels);
@@ -45,10 +46,11 @@ impl GpuIntegrator {
             self.set_guide(guide)?;
         }
         self.params = Params { light_paths, ..coarse };
+        // Of one wavelength alone glass would have its colour. Fewer photons meet points of theirs, but no less is expected of them.
+        self.collapse_wavelengths = 4;
         let looked = self.passes_of_preview(scene, passes, u32::MAX - (NUMBERS << 1) + number % NUMBERS, number);
         *guide = self.guide()?;
-        self.params = picture;
-        self.learned.fitting = fitting;
+        (self.params, self.learned.fitting, self.collapse_wavelengths) = (picture, fitting, collapse_wavelengths);
         self.set_guide(&own)?;
         looked
     }

@@ -13,17 +13,21 @@ pub struct Access {
     token: Arc<str>,
     /// Names that this server goes by, without ports: tunnels have ports of their own.
     hosts: Arc<[String]>,
+    /// It listens at more than the loopback address: addresses in numbers lead here, too, which no stranger's name service can give away.
+    is_open: bool,
     cookie: Arc<str>,
 }
 
 /// Of every answer. Nothing is loaded from elsewhere, shown within other pages, told to others or kept.
-const HEADERS: [(header::HeaderName, &str); 5] = [
-    (header::CONTENT_SECURITY_POLICY, "default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"),
-    (header::REFERRER_POLICY, "no-referrer"),
-    (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
-    (header::CACHE_CONTROL, "no-store"),
-    (header::X_FRAME_OPTIONS, "DENY"),
-];
+fn headers() -> [(header::HeaderName, &'static str); 5] {
+    [
+        (header::CONTENT_SECURITY_POLICY, "default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::CACHE_CONTROL, "no-store"),
+        (header::X_FRAME_OPTIONS, "DENY"),
+    ]
+}
 
 impl Access {
     /// With a new token, for a server at this address.
@@ -36,7 +40,12 @@ impl Access {
         let token: String = bytes.iter().map(|b| format!("{b:02x}")).collect();
         let hosts = ["127.0.0.1", "localhost", "[::1]", host].map(str::to_string);
         // Cookies know no ports: two servers on one machine must not take each other's.
-        Ok(Access { token: token.into(), hosts: hosts.into(), cookie: format!("abbe-view-{port}").into() })
+        Ok(Access {
+            token: token.into(),
+            hosts: hosts.into(),
+            is_open: !is_loopback(host),
+            cookie: format!("abbe-view-{port}").into(),
+        })
     }
 
     /// What the URL has to have.
@@ -47,7 +56,9 @@ impl Access {
     /// Whether the request is meant for this server: no other name that leads here (DNS rebinding).
     fn is_addressed(&self, headers: &HeaderMap) -> bool {
         let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();
-        self.hosts.iter().any(|known| known.eq_ignore_ascii_case(without_port(host)))
+        let name = without_port(host);
+        let is_number = || name.trim_matches(['[', ']']).parse::<IpAddr>().is_ok();
+        self.hosts.iter().any(|known| known.eq_ignore_ascii_case(name)) || self.is_open && is_number()
     }
 
     /// Whether it comes from a page of this server, or from no page at all.
@@ -104,7 +115,7 @@ pub async fn guard(State(access): State<Access>, request: Request, next: Next) -
     } else {
         next.run(request).await
     };
-    for (name, value) in HEADERS {
+    for (name, value) in headers() {
         response.headers_mut().insert(name, HeaderValue::from_static(value));
     }
     response

@@ -62,9 +62,9 @@ pub struct Published {
     pub spent: AtomicU64,
 }
 
-impl Published {
+impl Default for Published {
     /// Nothing yet.
-    pub fn new() -> Self {
+    fn default() -> Self {
         Published {
             document: watch::Sender::new(Arc::new(json!({}))),
             status: watch::Sender::new(Arc::new(json!({"phase": "loading"}))),
@@ -268,7 +268,8 @@ impl Engine {
             }
             Command::Pause(is_paused) => {
                 self.is_paused = is_paused;
-                self.publish_status(if is_paused { "paused" } else { "rendering" });
+                let is_done = matches!(self.phase, Phase::Done);
+                self.publish_status(if is_done { "done" } else { "rendering" });
                 if is_paused && self.rendering.batches > 0 {
                     self.show_film();
                 }
@@ -377,7 +378,7 @@ impl Engine {
         let took = begun.elapsed().as_secs_f64() / f64::from(passes);
         self.preview.1 += 1;
         // What was compiled on the way says nothing about the next one.
-        let change = (PREVIEW_TIME.as_secs_f64() / took.max(1e-4)).clamp(0.6, 1.5);
+        let change = (PREVIEW_TIME.as_secs_f64() / took.max(1e-4)).clamp(0.3, 1.4);
         self.preview.0 = (self.preview.0 * change).clamp(PREVIEW.0, PREVIEW.1);
         self.show(film, true);
         self.publish_status(if matches!(self.phase, Phase::Moving(_)) { "moving" } else { "rendering" });
@@ -436,7 +437,8 @@ impl Engine {
     fn show(&self, film: Film, is_preview: bool) {
         let begun = Instant::now();
         let (aovs, provenance) = (self.aovs.clone(), self.provenance());
-        let picture = Picture { content: Content::Film(Box::new(film)), is_preview, aovs, provenance };
+        let (name, content) = (self.scene.name.clone(), Content::Film(Box::new(film)));
+        let picture = Picture { name, content, is_preview, aovs, provenance };
         self.published.pictures[0].send_replace(Some(Arc::new(picture)));
         self.published.spent.fetch_add(begun.elapsed().as_nanos() as u64, SeqCst);
     }
@@ -481,6 +483,9 @@ impl Engine {
     fn publish_document(&self) {
         let mut document = summary::of_scene(&self.document, &self.scene);
         document["message"] = json!(self.message);
+        if let Some(second) = &*self.published.pictures[1].borrow() {
+            document["files"] = json!([self.scene.name, second.name]);
+        }
         self.published.document.send_replace(Arc::new(document));
     }
 

@@ -33,11 +33,12 @@ impl Files {
     }
 
     fn read(&self) -> Result<()> {
-        let read = |(path, _): &(PathBuf, _)| SpectralImage::read_with(path, self.bands.as_ref()).map(Picture::of_file);
+        let read = |(path, _): &(PathBuf, _)| {
+            SpectralImage::read_with(path, self.bands.as_ref()).map(|image| Picture::of_file(file_name(path), image))
+        };
         let pictures: Vec<Picture> = self.files.iter().map(read).collect::<Result<_>>()?;
         if self.first == 0 {
-            let names: Vec<String> = self.files.iter().map(|(path, _)| file_name(path)).collect();
-            let document = summary::of_files(&names, &pictures.iter().collect::<Vec<_>>());
+            let document = summary::of_files(&pictures);
             self.published.document.send_replace(Arc::new(document));
             self.published.status.send_replace(Arc::new(json!({"phase": "file"})));
         }

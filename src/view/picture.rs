@@ -22,6 +22,8 @@ pub enum Content {
 /// A picture at one time.
 #[derive(Debug, Clone)]
 pub struct Picture {
+    /// What it is called.
+    pub name: String,
     /// What is in it.
     pub content: Content,
     /// A quick look at what is on its way.
@@ -54,8 +56,9 @@ pub struct Spectral {
 
 impl Picture {
     /// Of a file.
-    pub fn of_file(image: SpectralImage) -> Self {
-        Picture { content: Content::File(Box::new(image)), is_preview: false, aovs: None, provenance: Provenance::default() }
+    pub fn of_file(name: String, image: SpectralImage) -> Self {
+        let (content, provenance) = (Content::File(Box::new(image)), Provenance::default());
+        Picture { name, content, is_preview: false, aovs: None, provenance }
     }
 
     /// Pixels across and down.

@@ -3,6 +3,8 @@
 use super::document::Document;
 use super::pick::Met;
 use super::picture::Picture;
+use crate::color::convert::srgb_encode;
+use crate::color::upsample::color_of_reflectance;
 use crate::scene::{Scene, Sensor};
 use serde_json::{Value, json};
 
@@ -13,7 +15,11 @@ const MOST_LISTED: usize = 200;
 pub fn of_scene(document: &Document, scene: &Scene) -> Value {
     let json = document.json();
     let materials: Vec<Value> = members(&json["materials"])
-        .map(|(name, value)| json!({"name": name, "path": ["materials", name], "value": value, "used_by": users(&json, name)}))
+        .enumerate()
+        .map(|(i, (name, value))| {
+            let users = users(&json, name);
+            json!({"name": name, "path": ["materials", name], "value": value, "used_by": users, "rgb": color_of(scene, i)})
+        })
         .chain(of_included(document, &json))
         .collect();
     let lamps: Vec<Value> = shapes(&json)
@@ -49,8 +55,14 @@ pub fn of_scene(document: &Document, scene: &Scene) -> Value {
     })
 }
 
+/// What a material looks like under white light, as sRGB.
+fn color_of(scene: &Scene, material: usize) -> [f64; 3] {
+    color_of_reflectance(|nm| scene.albedo(material, nm)[0]).map(|v| srgb_encode(v.clamp(0.0, 1.0)))
+}
+
 /// Of files.
-pub fn of_files(names: &[String], pictures: &[&Picture]) -> Value {
+pub fn of_files(pictures: &[Picture]) -> Value {
+    let names: Vec<&str> = pictures.iter().map(|picture| picture.name.as_str()).collect();
     let [width, height] = pictures[0].size();
     json!({
         "kind": "files",

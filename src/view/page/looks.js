@@ -2,6 +2,7 @@
 
 import { $, figure, h } from "./dom.js";
 import { send } from "./link.js";
+import { unitText } from "./spectrum.js";
 
 export const look = { view: "colors", nm: 550, auto: true, stops: 0, tone: "none", gamut: "map", white: null, observer: "1931" };
 export const VIEWS = [["colors", "Colours"], ["bin", "One wavelength"], ["luminance", "Luminance"], ["error", "Relative error"], ["samples", "Samples"], ["depth", "Depth"], ["normal", "Normals"], ["albedo", "Albedo"]];
@@ -91,7 +92,7 @@ export function setFrame(head) {
   const { lo, hi, unit, colors } = head.scale;
   $("legend-lo").textContent = figure(lo, 3);
   $("legend-hi").textContent = figure(hi, 3);
-  $("legend-unit").textContent = unit;
+  $("legend-unit").textContent = unitText(unit);
   $("legend-bar").replaceChildren(...colors.map((color, i) => {
     const rect = document.createElementNS("http://www.w3.org/2000/svg", "rect");
     for (const [key, value] of Object.entries({ x: (i * 180) / colors.length, width: 180 / colors.length + 0.5, height: 10, fill: color })) rect.setAttribute(key, value);

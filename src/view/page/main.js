@@ -42,6 +42,7 @@ function ask() {
 function setProbe(place) {
   probe.place = place;
   $("unpin").disabled = !view.pinned;
+  if (!view.pinned) $("reveal").hidden = true;
   if (place) ask();
   else {
     spectrum.clear();
@@ -110,12 +111,13 @@ on("status", ({ status: next }) => {
   $("phase").textContent = PHASES[phase] ?? phase;
   $("phase").className = `phase ${["preparing", "compiling", "moving", "rendering", "loading"].includes(phase) ? "busy" : ""}`;
   $("pause").textContent = status.paused ? "Go on" : "Pause";
+  $("pause").disabled = ["done", "failed"].includes(status.phase);
   $("pause").setAttribute("aria-pressed", Boolean(status.paused));
   $("progress").hidden = status.phase === "file";
   $("progress").value = phase === "done" ? 1 : status.fraction ?? 0;
   const parts = [];
   if (status.spp) parts.push(`${status.spp} ${status.spp === 1 ? "sample" : "samples"} per pixel`);
-  if (status.error) parts.push(`error ${figure(100 * status.error, 3)} %${status.target ? ` of ${figure(100 * status.target, 2)} %` : ""}`);
+  if (status.error) parts.push(`error ${figure(100 * status.error, 3)} %${status.target ? ` (to be ${figure(100 * status.target, 2)} %)` : ""}`);
   if (status.rays_per_second) parts.push(`${prefixed(status.rays_per_second)}rays/s`);
   if (status.seconds) parts.push(seconds(status.seconds));
   if (phase === "rendering" && status.remaining) parts.push(`about ${seconds(status.remaining)} left`);
@@ -139,7 +141,11 @@ on("closed", () => { $("phase").textContent = "Not connected"; $("phase").classN
 
 on("picked", (found) => {
   if (purpose === "focus" && found.at && view.movable) viewport.move(cam.focus(view.camera, found.at), true);
-  if (purpose === "select") scene.select(found.lamp ?? (found.material ? ["materials", found.material] : null));
+  if (purpose === "select") {
+    scene.select(found.lamp ?? (found.material ? ["materials", found.material] : null));
+    $("reveal").hidden = !(found.lamp || found.material);
+    $("reveal").textContent = found.lamp ? found.shape : `${found.material} ›`;
+  }
   purpose = null;
 });
 
@@ -172,6 +178,7 @@ $("pause").addEventListener("click", () => send({ type: "pause", paused: !status
 $("help").addEventListener("click", () => $("help-dialog").showModal());
 $("region").addEventListener("click", () => viewport.setRectangle(!view.isRectangle));
 $("unpin").addEventListener("click", viewport.unpin);
+$("reveal").addEventListener("click", scene.reveal);
 $("csv").addEventListener("click", () => spectrum.csv(doc.name));
 $("save").addEventListener("click", () => {
   const source = mode === "1" ? 1 : 0;

@@ -44,7 +44,14 @@ function values(document_) {
 export function select(path) {
   selected = path?.join("/") ?? null;
   mark();
-  document.querySelector(".item.selected")?.scrollIntoView({ block: "nearest", behavior: "smooth" });
+}
+
+/// Brings what is selected into view.
+export function reveal() {
+  const item = document.querySelector(".item.selected");
+  item?.closest("details").setAttribute("open", "");
+  item?.scrollIntoView({ block: "start", behavior: "smooth" });
+  item?.querySelector("button, input, select")?.focus({ preventScroll: true });
 }
 
 function mark() {
@@ -101,7 +108,7 @@ const REPLACEMENTS = [["", "As in the file"], ["dielectric", "Glass"], ["diffuse
 const FRESH = { dielectric: { ior: "N-BK7" }, diffuse: { reflectance: 0.6 }, conductor: { metal: "Au" } };
 
 function material(entry) {
-  const { name, path, value, used_by, included } = entry;
+  const { name, path, value, used_by, included, rgb: seen } = entry;
   const kind = kindOf(value), inner = value?.[kind] ?? {}, id = `material-${name}`;
   const at = (...keys) => [...path, kind, ...keys];
   const parts = [];
@@ -120,7 +127,7 @@ function material(entry) {
   const color = { diffuse: "reflectance", conductor: "reflectance", diffuse_transmission: "transmittance", sheen: "color" }[kind];
   if (color && (inner[color] !== undefined || kind === "diffuse")) {
     const rgb = colorOf(inner[color]);
-    parts.push(colorInput("Colour", `${id}-color`, rgb ?? [0.5, 0.5, 0.5], (srgb, isFinal) => edit(at(color), { srgb: srgb.map((v) => Number(v.toFixed(4))) }, isFinal)));
+    parts.push(colorInput("Colour", `${id}-color`, rgb ?? seen ?? [0.5, 0.5, 0.5], (srgb, isFinal) => edit(at(color), { srgb: srgb.map((v) => Number(v.toFixed(4))) }, isFinal)));
     if (!rgb) parts.push(h("p", { class: "hint" }, `Now ${describe(inner[color])}; a colour takes its place.`));
   }
   if (kind === "conductor" && inner.metal) {

@@ -41,7 +41,7 @@ function layOut() {
   for (const frame of seen) {
     frame.style.width = `${Math.floor(film.width * scale)}px`;
     frame.style.height = `${Math.floor(film.height * scale)}px`;
-    frame.querySelector("canvas").classList.toggle("sharp", scale > 2.5);
+    frame.dataset.large = scale > 2.5;
   }
   drawOverlay();
 }
@@ -51,6 +51,8 @@ export function paint(source, head, bitmap) {
   if (canvas.width !== bitmap.width || canvas.height !== bitmap.height) [canvas.width, canvas.height] = [bitmap.width, bitmap.height];
   canvas.getContext("2d").drawImage(bitmap, 0, 0);
   bitmap.close();
+  // Pixels of a film are shown as they are, those of a preview blend.
+  canvas.classList.toggle("sharp", !head.preview && canvas.parentElement.dataset.large === "true");
   canvas.dataset.preview = head.preview;
   canvas.dataset.frames = Number(canvas.dataset.frames ?? 0) + 1;
 }
