@@ -42,6 +42,7 @@
 //! - [`spectrum`]: functions of wavelength, and the library of measured ones
 //! - [`bsdf`]: what surfaces and fog do to light
 //! - [`geometry`]: kinds of geometry, and rays against them
+//! - [`lens`]: prescriptions of lenses, and what follows from them
 //! - [`color`]: from spectra to colours, and back
 //! - [`channels`]: the spectral channels of EXR files
 //! - [`scene`]: what is rendered, and the files that it is read from
@@ -71,6 +72,7 @@ pub mod film;
 pub mod geometry;
 pub mod gpu;
 pub mod integrator;
+pub mod lens;
 pub mod memory;
 pub mod output;
 pub mod reference;
