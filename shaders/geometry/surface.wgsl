@@ -52,6 +52,13 @@ fn surface_at(ray: Ray, hit: Hit) -> Surface {
             s.p = r0.xyz + h * r1.xyz + r2.x * s.n;
         }
 #endif
+#if LENS_FACES
+        if (kind == PRIMITIVE_LENS_FACE) {
+            let place = place_on_lens_face(q, r1.xyz, r2.xyz);
+            s.n = place.n;
+            s.p = r0.xyz + place.p;
+        }
+#endif
         let magnitude = abs(r0.xyz) + abs(s.p - r0.xyz);
         s.error = GAMMA_7 * dot(abs(s.n), magnitude);
         s.ns = s.n;

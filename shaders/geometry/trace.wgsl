@@ -7,6 +7,9 @@
 #if QUADRICS
 #include "geometry/intersect_quadric.wgsl"
 #endif
+#if LENS_FACES
+#include "geometry/intersect_lens_face.wgsl"
+#endif
 #if CONTACT
 #include "geometry/contact.wgsl"
 #endif
@@ -280,6 +283,12 @@ fn intersect_primitive(
 #if INSTANCES
     if (kind == PRIMITIVE_INSTANCE) {
         return bitcast<u32>(r2.x);
+    }
+#endif
+#if LENS_FACES
+    if (kind == PRIMITIVE_LENS_FACE) {
+        intersect_lens_face(ray, number, r0.xyz, r1.xyz, r2.xyz, hit);
+        return NONE;
     }
 #endif
 #if QUADRICS

@@ -1,4 +1,4 @@
-//! Where rays meet the four kinds of geometry. A ray that leaves a surface names the primitives it leaves: flat ones cannot be met again, and
+//! Where rays meet the kinds of geometry. A ray that leaves a surface names the primitives it leaves: flat ones cannot be met again, and
 //! of a curved one only the other crossing counts, so no offset is needed at any scale.
 
 use super::{Coordinates, Geometry, Mesh};
@@ -86,6 +86,11 @@ pub(super) fn intersect(geometry: &Geometry, triangle: usize, ray: &Ray, on: boo
                     let (height, n) = (p.dot(*axis), across(p).normalize());
                     (0.0..=*length).contains(&height).then(|| (t, *base + *axis * height + n * *radius, n, n, DVec2::ZERO.into()))
                 })
+        }
+        Geometry::LensFace(face) => {
+            let t = face.crossings(ray.origin, ray.dir, on).into_iter().find(|&t| t > ray.t_min && t.is_finite())?;
+            let (p, n) = face.at(ray.origin + ray.dir * t);
+            Some((t, p, n, n, DVec2::ZERO.into()))
         }
     }
 }

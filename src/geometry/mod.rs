@@ -3,10 +3,12 @@
 pub mod bvh;
 mod instance;
 mod intersect;
+mod lens_face;
 mod types;
 pub mod world;
 
 pub use instance::{Instance, transformed};
+pub use lens_face::{LensFace, LensForm, Profile};
 pub use types::{Coordinates, Geometry, Mesh};
 
 use glam::DVec3;
@@ -56,6 +58,7 @@ pub fn bounds(geometry: &Geometry) -> Bounds {
             let top = base + axis * length;
             Bounds { min: base.min(top) - half, max: base.max(top) + half }
         }
+        Geometry::LensFace(face) => face.bounds(),
     }
 }
 
@@ -84,6 +87,7 @@ pub fn area(geometry: &Geometry) -> f64 {
         Geometry::Sphere { radius, .. } => 4.0 * PI * radius * radius,
         Geometry::Disc { radius, .. } => PI * radius * radius,
         Geometry::Cylinder { length, radius, .. } => 2.0 * PI * radius * length,
+        Geometry::LensFace(face) => face.sums().0,
     }
 }
 

@@ -1,6 +1,6 @@
 //! What geometry there is.
 
-use super::Instance;
+use super::{Instance, LensFace};
 use glam::{DVec2, DVec3, DVec4};
 use std::sync::Arc;
 
@@ -38,6 +38,8 @@ pub enum Geometry {
         /// Radius > 0.
         radius: f64,
     },
+    /// A face of a lens.
+    LensFace(LensFace),
 }
 
 /// Triangles in world space.

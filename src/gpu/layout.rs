@@ -70,6 +70,15 @@ shared_constants! {
     PRIMITIVE_CYLINDER = 3;
     /// A mesh in one of its places: the least and greatest corner of its box, its index.
     PRIMITIVE_INSTANCE = 4;
+    /// A face of a lens: base, axis, (radius, first of its own rows, form).
+    PRIMITIVE_LENS_FACE = 5;
+    /// Forms of these. One row: heights of both ends.
+    LENS_EDGE = 0;
+    /// One row: height, radius of the hole, 0, 1 or -1 for normals along the axis or against it.
+    LENS_ANNULUS = 1;
+    /// Height of the edge and of the vertex, curvature, likewise; conic constant, number of coefficients, least and greatest height over the vertex; four
+    /// coefficients a row, times the radius to the power that makes lengths of them.
+    LENS_SURFACE = 2;
     /// Numbers of primitives that belong to one instance come in groups of so many.
     GRANULE = 1024;
     /// Kinds of materials. `c` of dielectrics, panes and conductors: rows of the index of a film on them and, from bit 16 on, of its thickness in

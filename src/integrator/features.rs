@@ -56,6 +56,10 @@ features! {
     Discs "DISCS" in Shapes as "discs" if |n| n.shape(|g| matches!(g, Geometry::Disc { .. }));
     /// Analytic cylinders.
     Cylinders "CYLINDERS" in Shapes as "cylinders" if |n| n.shape(|g| matches!(g, Geometry::Cylinder { .. }));
+    /// Faces of lenses.
+    LensFaces "LENS_FACES" in Shapes as "lenses" if |n| n.shape(|g| matches!(g, Geometry::LensFace(_)));
+    /// Those that are no conics.
+    Aspheres "ASPHERES" in Shapes as "aspheres" if |n| n.shape(|g| matches!(g, Geometry::LensFace(face) if face.is_asphere()));
     /// Meshes that stand in many places.
     Instances "INSTANCES" in Shapes as "shared meshes" if |n| n.shape(|g| matches!(g, Geometry::Instance(_)));
     /// Shading normals or tangents of vertices.
@@ -408,27 +412,47 @@ fn used_materials(scene: &Scene) -> Vec<usize> {
 /// True if the boxes of two volumes overlap, so that a surface may not be there because another volume rules.
 fn volumes_overlap(scene: &Scene) -> bool {
     let is_volume = |s: &&Shape| scene.interior_of(s.material).is_some();
-    some_meet(scene.shapes.iter().filter(is_volume).map(|s| (true, bounds(&s.geometry))).collect())
+    some_meet(bodies(scene, scene.shapes.iter().filter(is_volume).map(|s| (s, true, bounds(&s.geometry)))))
 }
 
 /// True if the box of a volume comes so close to another shape's that their surfaces may touch.
 fn volumes_touch(scene: &Scene) -> bool {
-    some_meet(scene.shapes.iter().map(|s| (scene.interior_of(s.material).is_some(), touch_box(s))).collect())
+    some_meet(bodies(scene, scene.shapes.iter().map(|s| (s, scene.interior_of(s.material).is_some(), touch_box(s)))))
+}
+
+/// The same boxes with one for all faces of a piece of glass in a lens: those are closed where they meet.
+fn bodies<'a>(scene: &Scene, boxes: impl Iterator<Item = (&'a Shape, bool, Bounds)>) -> Vec<(bool, Bounds)> {
+    let mut bodies: Vec<(bool, Bounds)> = Vec::new();
+    let mut last: Option<&Shape> = None;
+    for (shape, marked, bounds) in boxes {
+        match (last, bodies.last_mut()) {
+            (Some(before), Some(body)) if are_one_piece(scene, before, shape) => *body = (body.0 || marked, body.1.union(bounds)),
+            _ => bodies.push((marked, bounds)),
+        }
+        last = Some(shape);
+    }
+    bodies
+}
+
+/// Whether these are faces of one piece of glass in a lens.
+fn are_one_piece(scene: &Scene, a: &Shape, b: &Shape) -> bool {
+    let (Geometry::LensFace(face), Geometry::LensFace(other)) = (&a.geometry, &b.geometry) else { return false };
+    face.base == other.base && face.axis == other.axis && scene.volume_of(a) == scene.volume_of(b)
 }
 
 /// True if a volume has the index of what surrounds the scene, or of a volume that it may touch: their boundary is not there for light.
 fn indices_match(scene: &Scene) -> bool {
-    let mut alike: Vec<(&Ior, Vec<(bool, Bounds)>)> = vec![(&scene.interiors[0].ior, Vec::new())];
+    let mut alike: Vec<(&Ior, Vec<(&Shape, bool, Bounds)>)> = vec![(&scene.interiors[0].ior, Vec::new())];
     for shape in &scene.shapes {
         let Some(interior) = scene.interior_of(shape.material) else { continue };
         let ior = &scene.interiors[interior].ior;
         match alike.iter().position(|(of, _)| *of == ior) {
             Some(0) => return true,
-            Some(i) => alike[i].1.push((true, touch_box(shape))),
-            None => alike.push((ior, vec![(true, touch_box(shape))])),
+            Some(i) => alike[i].1.push((shape, true, touch_box(shape))),
+            None => alike.push((ior, vec![(shape, true, touch_box(shape))])),
         }
     }
-    alike.into_iter().any(|(_, boxes)| some_meet(boxes))
+    alike.into_iter().any(|(_, boxes)| some_meet(bodies(scene, boxes.into_iter())))
 }
 
 /// The box of a shape and of what may touch it.

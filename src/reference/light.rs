@@ -228,8 +228,8 @@ fn on_shape(geometry: &Geometry, triangles: &[f64], rng: &mut Rng) -> Option<(DV
             let p = a * (1.0 - s) + b * weights[0] + c * weights[1];
             (p, (b - a).cross(c - a).normalize(), mesh.coordinates(t, weights))
         }
-        // Instances do not emit.
-        Geometry::Instance(_) => return None,
+        // These do not emit.
+        Geometry::Instance(_) | Geometry::LensFace(_) => return None,
         Geometry::Sphere { center, radius } => {
             let n = on_cone(DVec3::Y, -1.0, rng);
             (*center + n * *radius, n, DVec2::ZERO.into())

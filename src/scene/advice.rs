@@ -254,6 +254,7 @@ fn lights_inside(scene: &Scene) -> Vec<String> {
             Geometry::Instance(instance) => 0.5 * (instance.bounds().min + instance.bounds().max),
             Geometry::Sphere { center, .. } | Geometry::Disc { center, .. } => *center,
             Geometry::Cylinder { base, axis, length, .. } => *base + *axis * (0.5 * length),
+            Geometry::LensFace(face) => face.ends()[0],
         };
         places.push((format!("the lamp {:?}", shape.name), at));
     }

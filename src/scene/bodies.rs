@@ -5,7 +5,7 @@ use super::inside::{crossings, up};
 use super::volumes::MOST_BOXES;
 use super::weld::Weld;
 use crate::geometry::world::{Ray, World};
-use crate::geometry::{Bounds, Geometry, Instance, Mesh, bounds, corners};
+use crate::geometry::{Bounds, Geometry, Instance, LensForm, Mesh, bounds, corners};
 use glam::{DAffine3, DVec3};
 use std::cell::OnceCell;
 use std::collections::HashMap;
@@ -269,6 +269,16 @@ pub(super) fn summed(shape: usize, geometry: &Geometry, triangles: Option<Vec<us
             (sums.area, sums.volume) = (8.0 * PI * radius * radius, 4.0 / 3.0 * PI * radius.powi(3));
             sums.bounds = bounds(geometry);
         }
+        Geometry::LensFace(face) => {
+            let (area, vector, volume) = face.sums();
+            (sums.vector, sums.area, sums.volume) = (2.0 * vector, 2.0 * area, volume);
+            sums.open_ends = match face.form {
+                LensForm::Edge { .. } => 2,
+                LensForm::Annulus { .. } => 0,
+                LensForm::Surface { .. } => -1,
+            };
+            sums.bounds = bounds(geometry);
+        }
         Geometry::Instance(_) => {}
     }
     sums.parts.push((shape, triangles));
@@ -351,6 +361,7 @@ fn points(geometry: &Geometry, triangles: Option<&[usize]>) -> Vec<(DVec3, DVec3
                 (*base + *axis * (length * [0.001, 0.5, 0.999][i as usize / 8]) + n * *radius, n)
             }));
         }
+        Geometry::LensFace(face) => out.extend(face.points()),
     }
     out
 }

@@ -3,7 +3,7 @@
 //! surface.
 
 use super::{FilmSettings, Filter, Geometry, Light, Scene, Sensor, Shape, bounds_of_all};
-use crate::geometry::{Bounds, bounds, corners};
+use crate::geometry::{Bounds, LensForm, bounds, corners};
 use glam::{DVec3, dvec3};
 
 /// Surfaces that are nearer than this to each other cannot be told apart in single precision; over the size of coordinates, or the length of a ray.
@@ -44,6 +44,8 @@ enum Form {
     Flat { normal: DVec3, points: [DVec3; 4] },
     Sphere { center: DVec3, radius: f64 },
     Cylinder { base: DVec3, axis: DVec3, radius: f64 },
+    /// Somewhere in its box.
+    Any,
 }
 
 impl Patch {
@@ -73,6 +75,7 @@ impl Patch {
                 let across = (p - *base).reject_from_normalized(*axis);
                 (across.length() - radius, across.normalize_or_zero())
             }
+            Form::Any => (f64::NAN, DVec3::ZERO),
         }
     }
 
@@ -139,6 +142,16 @@ fn patches(geometry: &Geometry, within: &Bounds) -> Vec<Patch> {
         }
         &Geometry::Cylinder { base, axis, radius, .. } => {
             vec![Patch { form: Form::Cylinder { base, axis, radius }, bounds: bounds(geometry) }]
+        }
+        Geometry::LensFace(face) => {
+            let (low, high) = face.heights();
+            vec![match &face.form {
+                LensForm::Edge { radius, .. } => {
+                    Patch { form: Form::Cylinder { base: face.base, axis: face.axis, radius: *radius }, bounds: bounds(geometry) }
+                }
+                _ if low == high => Patch::disc(face.base + face.axis * low, face.axis, face.radius()),
+                _ => Patch { form: Form::Any, bounds: bounds(geometry) },
+            }]
         }
     }
 }

@@ -4,6 +4,7 @@ use super::{FilmSettings, Grain, Light, Material, Sensor, Texture};
 use crate::bsdf::sheen::Sheen;
 use crate::bsdf::thin_film::Stack;
 use crate::geometry::{Bounds, Geometry, bounds};
+use crate::lens::Prescription;
 use crate::spectrum::{Ior, Spectrum};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -28,6 +29,8 @@ pub struct Scene {
     pub interiors: Vec<Interior>,
     /// Geometry: every instance is its own shape.
     pub shapes: Vec<Shape>,
+    /// Lenses whose faces are among the shapes.
+    pub lenses: Vec<Lens>,
     /// Lights that are not shapes.
     pub lights: Vec<Light>,
     /// The greatest number of scattering events on a path.
@@ -123,6 +126,17 @@ pub struct Shape {
     pub interior: Option<usize>,
     /// Emitted light, if any.
     pub emission: Option<Emission>,
+}
+
+/// A lens as it was written down, and how many times larger it stands in the scene.
+#[derive(Debug, Clone)]
+pub struct Lens {
+    /// For messages.
+    pub name: String,
+    /// In its own units of length.
+    pub prescription: Prescription,
+    /// What those are, m.
+    pub scale: f64,
 }
 
 /// Diffuse emission of a surface.

@@ -94,6 +94,11 @@ impl Weld {
                 self.sets.unite(ends[0], ends[1]);
                 vec![ends[0]]
             }
+            Geometry::LensFace(face) => {
+                let ends: Vec<usize> = face.ends().into_iter().map(|p| self.node(p)).collect();
+                self.sets.unite(ends[0], ends[ends.len() - 1]);
+                vec![ends[0]]
+            }
             Geometry::Sphere { .. } | Geometry::Instance(_) => vec![self.sets.add()],
         }
     }
@@ -105,6 +110,7 @@ pub(super) fn connections(geometry: &Geometry) -> Vec<DVec3> {
         Geometry::Mesh(mesh) => mesh.positions.clone(),
         Geometry::Disc { center, .. } => vec![*center],
         Geometry::Cylinder { base, axis, length, .. } => vec![*base, *base + *axis * *length],
+        Geometry::LensFace(face) => face.ends(),
         Geometry::Sphere { .. } | Geometry::Instance(_) => Vec::new(),
     }
 }

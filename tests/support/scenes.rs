@@ -45,6 +45,7 @@ pub fn scene(width: u32, height: u32, count: u32, sensor: Sensor) -> Scene {
         grains: Default::default(),
         interiors: vec![air()],
         shapes: vec![],
+        lenses: Vec::new(),
         lights: vec![],
         max_depth: 64,
         reference: Estimator::Backward,

@@ -79,6 +79,12 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bou
                         "give every lamp a mesh of its own",
                     ));
                 }
+                Geometry::LensFace(_) => {
+                    return Err(Error::usage(
+                        format!("the lens {:?} emits", shape.name),
+                        "put a disc or sphere that emits in its place",
+                    ));
+                }
                 Geometry::Sphere { center, radius } => {
                     (layout::LIGHT_KIND_SPHERE, 4.0 * PI * radius * radius, at(*center), Vec4::ZERO, size(*radius, 0.0))
                 }
@@ -243,6 +249,7 @@ fn places(scene: &Scene, shifts: &[DVec3]) -> Vec<Vec<usize>> {
                 let n = axis.any_orthonormal_vector();
                 off(base + axis * (0.5 * length) + n * *radius, n)
             }
+            Geometry::LensFace(face) => face.ends()[0],
         })
         .collect();
     points.extend(scene.lights.iter().zip(shifts).filter_map(|(light, shift)| Some(light.position()? + shift)));

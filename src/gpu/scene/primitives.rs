@@ -3,7 +3,7 @@
 
 use super::instances::{self, Instances};
 use crate::error::{Error, Result};
-use crate::geometry::{Bounds, bvh, corners};
+use crate::geometry::{Bounds, LensForm, bounds as bounds_of, bvh, corners};
 use crate::gpu::layout::{self, NO_INDEX};
 use crate::scene::{Geometry, Mesh, Scene};
 use glam::{DVec3, Vec3, Vec4};
@@ -14,7 +14,8 @@ use std::collections::HashMap;
 pub(super) struct Primitives {
     /// BVH nodes.
     pub nodes: Vec<[u32; 20]>,
-    /// Three vec4s per primitive. Triangle: vertices; else position, axis, (radius, length, 0). The w's: kind and material, light, first normal.
+    /// Three vec4s per primitive. Triangle: vertices; else position, axis, (radius, length, 0). The w's: kind and material, light, first normal. Then the
+    /// rows of faces of lenses.
     pub primitives: Vec<Vec4>,
     /// Three shading normals per triangle of a smooth mesh, and then three tangents if the mesh has them (w of the first normal is 1, else 0).
     pub normals: Vec<Vec4>,
@@ -36,6 +37,8 @@ struct Primitive {
     tangents: Option<[Vec4; 3]>,
     /// It has texture coordinates.
     is_mapped: bool,
+    /// Box of a face of a lens.
+    face: Option<Box<[Vec3; 2]>>,
 }
 
 impl Primitive {
@@ -48,7 +51,7 @@ impl Primitive {
             normals => Some(at.map(|i| normals[i].as_vec3())),
         };
         let is_mapped = !mesh.uvs.is_empty();
-        Primitive { kind: layout::PRIMITIVE_TRIANGLE, material, light, rows: corners.map(local), normals, tangents, is_mapped }
+        Primitive { kind: layout::PRIMITIVE_TRIANGLE, material, light, rows: corners.map(local), normals, tangents, is_mapped, face: None }
     }
 
     /// What sets it apart from others; none for what counts however often it is there.
@@ -60,6 +63,9 @@ impl Primitive {
     }
 
     fn bounds(&self) -> (Vec3, Vec3) {
+        if let Some([lo, hi]) = self.face.as_deref() {
+            return (*lo, *hi);
+        }
         let [a, b, c] = self.rows;
         match self.kind {
             layout::PRIMITIVE_TRIANGLE => (a.min(b).min(c), a.max(b).max(c)),
@@ -80,12 +86,13 @@ pub(super) fn build(scene: &Scene, bounds: Bounds, origin: DVec3, light_of: &[u3
     let extent = if bounds.is_empty() { 0.0 } else { (bounds.max - bounds.min).max_element() };
     let mut all = Vec::new();
     let mut instances = Vec::new();
+    let mut lens_rows = Vec::new();
     for shape in &scene.shapes {
         let light = |at: usize| light_of.get(at).copied().unwrap_or(NO_INDEX);
         let material = shape.material;
         let mut add = |kind, rows| {
             let light = light(all.len());
-            all.push(Primitive { kind, material, light, rows, normals: None, tangents: None, is_mapped: false });
+            all.push(Primitive { kind, material, light, rows, normals: None, tangents: None, is_mapped: false, face: None });
         };
         match &shape.geometry {
             Geometry::Mesh(mesh) => {
@@ -111,13 +118,53 @@ pub(super) fn build(scene: &Scene, bounds: Bounds, origin: DVec3, light_of: &[u3
                 let size = Vec3::new(*radius as f32, *length as f32, 0.0);
                 add(layout::PRIMITIVE_CYLINDER, [local(*base), axis.as_vec3(), size]);
             }
+            Geometry::LensFace(face) => {
+                let first = lens_rows.len() as u32;
+                let form = add_lens_rows(&face.form, &mut lens_rows);
+                let size = Vec3::new(face.radius() as f32, f32::from_bits(first), f32::from_bits(form));
+                let rows = [local(face.base), face.axis.as_vec3(), size];
+                let whole = bounds_of(&shape.geometry);
+                let face = Some(Box::new([whole.min, whole.max].map(local)));
+                let (kind, light) = (layout::PRIMITIVE_LENS_FACE, NO_INDEX);
+                all.push(Primitive { kind, material, light, rows, normals: None, tangents: None, is_mapped: false, face });
+            }
         }
     }
     let mut out = Primitives::default();
     out.place = out.append(&all, extent as f32 * 0.5f32.powi(22))?;
     drop(all);
     out.instances = instances::build(&instances, scene, extent, origin, &mut out)?;
+    let first = out.primitives.len() as u32;
+    for rows in out.primitives.chunks_exact_mut(3).filter(|rows| rows[0].w.to_bits() >> 29 == layout::PRIMITIVE_LENS_FACE) {
+        rows[2].y = f32::from_bits(rows[2].y.to_bits() + first);
+    }
+    out.primitives.extend(lens_rows);
     Ok(out)
+}
+
+/// Adds the rows of a face of a lens; returns which form it has.
+fn add_lens_rows(form: &LensForm, rows: &mut Vec<Vec4>) -> u32 {
+    let side = |is_upper: &bool| if *is_upper { 1.0 } else { -1.0 };
+    match form {
+        LensForm::Edge { from, to, .. } => {
+            rows.push(Vec4::new(*from as f32, *to as f32, 0.0, 0.0));
+            layout::LENS_EDGE
+        }
+        LensForm::Annulus { height, inner, is_upper, .. } => {
+            rows.push(Vec4::new(*height as f32, *inner as f32, 0.0, side(is_upper)));
+            layout::LENS_ANNULUS
+        }
+        LensForm::Surface { profile, vertex, edge, radius, is_upper } => {
+            let (low, high) = profile.range(*radius);
+            rows.push(Vec4::new(*edge as f32, *vertex as f32, profile.curvature as f32, side(is_upper)));
+            let count = f32::from_bits(profile.aspheric.len() as u32);
+            rows.push(Vec4::new(profile.conic as f32, count, low as f32, high as f32));
+            let scaled = profile.aspheric.iter().enumerate().map(|(i, a)| (a * radius.powi(2 * i as i32 + 2)) as f32);
+            let scaled: Vec<f32> = scaled.collect();
+            rows.extend(scaled.chunks(4).map(|four| Vec4::from_array([0, 1, 2, 3].map(|i| four.get(i).copied().unwrap_or(0.0)))));
+            layout::LENS_SURFACE
+        }
+    }
 }
 
 impl Primitives {

@@ -60,6 +60,10 @@ impl Targets {
                     points.extend([0.0, 0.5, 1.0].map(|t| *base + *axis * (t * length)));
                     near.push(index);
                 }
+                Geometry::LensFace(face) => {
+                    points.extend(face.points().into_iter().map(|(p, _)| p));
+                    near.push(index);
+                }
             }
         }
         Targets { world: World::new(near.iter().map(|&i| &scene.shapes[i].geometry)), near, points, boxes }

@@ -54,6 +54,7 @@ const KEYS: Keys = &[
             "mesh",
             "gltf",
             "instance",
+            "lens",
             "name",
             "material",
             "volume",
@@ -70,6 +71,11 @@ const KEYS: Keys = &[
     ("prism", &["polygon", "length"]),
     ("mesh", &["file", "smooth", "unit"]),
     ("gltf", &["file", "override", "lights"]),
+    ("lens", &["surfaces", "diameter", "edge"]),
+    (
+        "lens_surface",
+        &["radius", "conic", "aspheric", "thickness", "glass", "absorption", "semi_diameter", "stop"],
+    ),
     ("relit", &["intensity", "irradiance", "profile", "rotate_deg"]),
     ("emission", &["radiance", "two_sided"]),
     ("transform", &["scale", "axis", "rotate_deg", "translate", "matrix"]),
@@ -113,7 +119,7 @@ const KEYS: Keys = &[
 /// Kinds of sensor.
 pub const SENSORS: &[&str] = &["perspective", "orthographic", "irradiance_plane", "irradiance_sphere"];
 /// Kinds of geometry.
-pub const GEOMETRIES: &[&str] = &["sphere", "disc", "cylinder", "quad", "box", "prism", "mesh", "gltf", "instance"];
+pub const GEOMETRIES: &[&str] = &["sphere", "disc", "cylinder", "quad", "box", "prism", "mesh", "gltf", "instance", "lens"];
 /// Kinds of spectrum written as an object.
 pub const SPECTRA: &[&str] = &[
     "file",

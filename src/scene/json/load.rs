@@ -124,6 +124,7 @@ impl Loader {
             grains: BTreeMap::new(),
             interiors: Vec::new(),
             shapes: Vec::<Shape>::new(),
+            lenses: Vec::new(),
             lights: Vec::<Light>::new(),
             max_depth: 64,
             reference: Estimator::Backward,

@@ -368,7 +368,7 @@ fn sum(own: Spectrum, medium: Spectrum, at: &Node) -> Result<Spectrum> {
 }
 
 /// `absorption` in m^-1: a spectrum, what is left of light after a distance, or `"catalogue"` for what is known of the named glass.
-fn absorption_of(loader: &Loader, node: &Node, ior: Option<&Node>) -> Result<Spectrum> {
+pub(in crate::scene) fn absorption_of(loader: &Loader, node: &Node, ior: Option<&Node>) -> Result<Spectrum> {
     if let (true, Some(color)) = (node.value.is_object(), node.get("color")) {
         node.object("absorption")?;
         let distance = node.need("distance")?.length()?;
@@ -421,7 +421,7 @@ fn conductor(loader: &Loader, node: &Node) -> Result<(Spectrum, Spectrum)> {
     Ok((loader.reader.spectrum(&eta?, Place::Coefficient)?, loader.reader.spectrum(&k?, Place::Coefficient)?))
 }
 
-fn note_extrapolation(loader: &mut Loader, name: &str, ior: &Ior) {
+pub(in crate::scene) fn note_extrapolation(loader: &mut Loader, name: &str, ior: &Ior) {
     let (lo, hi) = loader.reader.range;
     let (min, max) = ior.range_nm;
     if ior.extrapolate && (lo < min || hi > max) {

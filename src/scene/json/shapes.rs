@@ -70,7 +70,7 @@ impl Loader {
         };
         let world = unit(node, &inner)?.map_or(world, |metres| world * DMat4::from_scale(DVec3::splat(metres)));
         let surplus = node.get("material").or(node.get("emission")).or(node.get("volume"));
-        if let (Some(surplus), "instance" | "gltf") = (surplus, kind) {
+        if let (Some(surplus), "instance" | "gltf" | "lens") = (surplus, kind) {
             return Err(surplus.fail(format!("{kind:?} brings its own materials"), "remove this key"));
         }
         match kind {
@@ -90,6 +90,7 @@ impl Loader {
                 inner.object("gltf")?;
                 gltf::include(self, &inner, included, world)
             }
+            "lens" => self.lens(node, &inner, &world),
             _ => self.solid(node, kind, &inner, &world),
         }
     }
@@ -107,9 +108,7 @@ impl Loader {
             }
             parts.push(placed);
         }
-        let default_name = node.path.trim_start_matches("$.").to_string();
-        let name =
-            node.get("name").map_or(Ok(default_name), |n| n.string().map(|s| s.chars().filter(|c| !c.is_control()).collect()))?;
+        let name = name_of(node)?;
         let emission = node.get("emission").map(|e| self.emission(&e, &parts)).transpose()?;
         let material = match node.get("material") {
             Some(material) => self.material_index(&material)?,
@@ -248,6 +247,12 @@ impl Loader {
         self.meshes.insert(key, mesh.clone());
         Ok(mesh)
     }
+}
+
+/// What messages call a shape.
+pub(in crate::scene) fn name_of(node: &Node) -> Result<String> {
+    let default_name = node.path.trim_start_matches("$.").to_string();
+    node.get("name").map_or(Ok(default_name), |n| n.string().map(|s| s.chars().filter(|c| !c.is_control()).collect()))
 }
 
 /// What the lengths of a shape, or of the file of a mesh, are given in, m.

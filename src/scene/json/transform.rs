@@ -101,7 +101,7 @@ pub fn apply(m: &DMat4, geometry: &Geometry) -> std::result::Result<(Geometry, u
     let linear = DMat3::from_mat4(*m);
     let round = || {
         similarity(&linear).ok_or_else(|| {
-            ("a sphere, disc or cylinder cannot be scaled unevenly".to_string(), "scale it evenly, or use a mesh".to_string())
+            ("a sphere, disc, cylinder or lens cannot be scaled unevenly".to_string(), "scale it evenly, or use a mesh".to_string())
         })
     };
     let direction = |d: DVec3| (linear * d).normalize();
@@ -123,10 +123,12 @@ pub fn apply(m: &DMat4, geometry: &Geometry) -> std::result::Result<(Geometry, u
             let base = m.transform_point3(*base);
             Geometry::Cylinder { base, axis: direction(*axis), length: length * scale, radius: radius * scale }
         }
+        Geometry::LensFace(face) => Geometry::LensFace(face.placed(|p| m.transform_point3(p), direction, round()?)),
     };
     let (at, sizes) = match &placed {
         Geometry::Sphere { center, radius } | Geometry::Disc { center, radius, .. } => (*center, [*radius, *radius]),
         Geometry::Cylinder { base, length, radius, .. } => (*base, [*length, *radius]),
+        Geometry::LensFace(face) => (face.base, [face.radius(), face.radius()]),
         Geometry::Mesh(_) | Geometry::Instance(_) => (DVec3::ZERO, [1.0, 1.0]),
     };
     let near = at.is_finite() && at.abs().max_element() <= LARGEST_LENGTH;

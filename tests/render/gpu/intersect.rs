@@ -6,6 +6,7 @@ use abbe::gpu::layout::Params;
 use abbe::gpu::scene::GpuScene;
 use abbe::gpu::{Gpu, Resource};
 use abbe::integrator::{Plan, Techniques};
+use abbe::geometry::{LensFace, LensForm, Profile};
 use abbe::scene::{Geometry, Instance, Mesh, Scene, Shape};
 use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4, dvec3};
 use serde_json::json;
@@ -91,6 +92,7 @@ fn crossings(geometry: &Geometry, o: DVec3, d: DVec3) -> Vec<f64> {
             let all = roots(e.length_squared(), f.dot(e), f.length_squared() - radius * radius);
             all.into_iter().filter(|t| (0.0..=*length).contains(&(o + d * *t - *base).dot(*axis))).collect()
         }
+        Geometry::LensFace(face) => crossings_of_face(face, o, d),
         Geometry::Instance(instance) => crossings(&Geometry::Mesh(Arc::new(instance.flattened())), o, d),
         Geometry::Mesh(mesh) => mesh
             .triangles
@@ -108,13 +110,76 @@ fn crossings(geometry: &Geometry, o: DVec3, d: DVec3) -> Vec<f64> {
     }
 }
 
+/// By changes of sign along the ray, of what says how far a point is above the face.
+fn crossings_of_face(face: &LensFace, o: DVec3, d: DVec3) -> Vec<f64> {
+    let place = |t: f64| {
+        let f = o + d * t - face.base;
+        (f.dot(face.axis), (f - face.axis * f.dot(face.axis)).length())
+    };
+    let above = |t: f64| match (&face.form, place(t)) {
+        (LensForm::Edge { radius, .. }, (_, r)) => r - radius,
+        (LensForm::Annulus { height, .. }, (z, _)) => z - height,
+        (LensForm::Surface { profile, vertex, .. }, (z, r)) => {
+            let (c, k) = (profile.curvature, profile.conic);
+            let conic = c * r * r / (1.0 + (1.0 - (1.0 + k) * c * c * r * r).sqrt());
+            let terms = profile.aspheric.iter().enumerate();
+            z - vertex - conic - terms.map(|(i, a)| a * r.powi(2 * i as i32 + 2)).sum::<f64>()
+        }
+    };
+    let is_within = |t: f64| match (&face.form, place(t)) {
+        (LensForm::Edge { from, to, .. }, (z, _)) => (*from..*to).contains(&z),
+        (LensForm::Annulus { inner, outer, .. }, (_, r)) => (*inner..*outer).contains(&r),
+        (LensForm::Surface { radius, .. }, (_, r)) => r <= *radius,
+    };
+    // Around the face only: it is no farther from its base than this.
+    let reach = 2.0 * face.radius() + face.heights().1.abs() + face.heights().0.abs();
+    let middle = (face.base - o).dot(d);
+    const STEPS: u32 = 2000;
+    let at = |i: u32| middle + reach * (2.0 * f64::from(i) / f64::from(STEPS) - 1.0);
+    let mut found = Vec::new();
+    for i in 0..STEPS {
+        let (mut lo, mut hi) = (at(i), at(i + 1));
+        let sign = above(lo) > 0.0;
+        if above(lo).is_nan() || above(hi).is_nan() || sign == (above(hi) > 0.0) {
+            continue;
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (lo + hi);
+            if (above(middle) > 0.0) == sign { lo = middle } else { hi = middle }
+        }
+        found.extend(Some(lo).filter(|&t| is_within(t)));
+    }
+    found
+}
+
+/// A face of a lens around `at`: caps, conics and aspheres of both signs, planes, rings and edges.
+fn some_face(random: &mut Random, kind: u32, at: DVec3, axis: DVec3, size: f64) -> LensFace {
+    let mut any = |lo: f64, hi: f64| lo + (hi - lo) * random.next();
+    let radius = size;
+    let form = match kind % 6 {
+        0 => LensForm::Edge { from: -0.2 * size, to: any(0.1, 0.5) * size, radius },
+        1 => LensForm::Annulus { height: any(-0.3, 0.3) * size, inner: any(0.2, 0.8) * size, outer: radius, is_upper: false },
+        kind => {
+            let (curvature, conic) = (any(-0.95, 0.95) / size, if kind == 2 { 0.0 } else { any(-3.0, 0.1) });
+            let mut aspheric = Vec::new();
+            if kind >= 4 {
+                aspheric.extend([any(-0.1, 0.1) / size, any(-0.1, 0.1) / size.powi(3), 0.0, any(-0.05, 0.05) / size.powi(7)]);
+            }
+            let profile = Profile { curvature: if kind == 5 { 0.0 } else { curvature }, conic, aspheric };
+            let vertex = any(-0.3, 0.3) * size;
+            LensForm::Surface { edge: vertex + profile.sag(radius * radius), profile, vertex, radius, is_upper: true }
+        }
+    };
+    LensFace { base: at, axis, form }
+}
+
 #[test]
 fn rays_meet_what_they_meet_in_double_precision() {
     let gpu = adapter::gpu();
     let mut random = Random(5);
     let mut shapes = Vec::new();
     let mut known = None;
-    for i in 0..75 {
+    for i in 0..108 {
         let at = direction(&mut random) * (1.0 + 3.0 * random.next());
         let (axis, size) = (direction(&mut random), 0.05 + 0.5 * random.next());
         let soup = |at: DVec3, random: &mut Random| Mesh {
@@ -122,7 +187,8 @@ fn rays_meet_what_they_meet_in_double_precision() {
             triangles: (0..10).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
             ..Mesh::default()
         };
-        shapes.push(match i % 5 {
+        shapes.push(match i % 6 {
+            5 => Geometry::LensFace(some_face(&mut random, i / 6, at, axis, size)),
             0 => Geometry::Sphere { center: at, radius: size },
             1 => Geometry::Disc { center: at, normal: axis, radius: size },
             2 => Geometry::Cylinder { base: at, axis, length: 2.0 * size, radius: 0.3 * size },
@@ -151,6 +217,71 @@ fn rays_meet_what_they_meet_in_double_precision() {
     // Rays through the very rim of something: a share of about 1e-6 of their cross-section for each of 200 rims, and steep crossings of
     // grazing rays.
     assert!(differ <= 4, "{differ} of {} rays differ", rays.len());
+}
+
+/// The faces of a lens in the unit ball: biconvex, biconcave, and one with flat rings on both sides.
+fn lens(kind: u32) -> Vec<LensFace> {
+    let (c, inner) = [(0.9, 1.0), (-0.5, 1.0), (0.8, 0.7)][kind as usize];
+    let terms = [vec![], vec![], vec![0.0, 0.05]];
+    let profile = |sign: f64| Profile {
+        curvature: sign * c,
+        conic: -0.2 * f64::from(kind),
+        aspheric: terms[kind as usize].iter().map(|a| sign * a).collect(),
+    };
+    let sag = profile(1.0).sag(inner * inner);
+    let half = 0.1;
+    let surface = |sign: f64| LensForm::Surface {
+        profile: profile(-sign),
+        vertex: sign * (half + sag),
+        edge: sign * half,
+        radius: inner,
+        is_upper: sign > 0.0,
+    };
+    let ring = |sign: f64| LensForm::Annulus { height: sign * half, inner, outer: 1.0, is_upper: sign > 0.0 };
+    let mut forms = vec![surface(-1.0), LensForm::Edge { from: -half, to: half, radius: 1.0 }, surface(1.0)];
+    forms.extend([-1.0, 1.0].map(ring).into_iter().filter(|_| inner < 1.0));
+    forms.into_iter().map(|form| LensFace { base: DVec3::ZERO, axis: DVec3::Z, form }).collect()
+}
+
+#[test]
+fn no_ray_leaves_a_lens_where_its_faces_meet() {
+    let gpu = adapter::gpu();
+    let places = [(1.0, DVec3::ZERO), (1e-3, dvec3(0.0, 0.0, 1e-2)), (1e3, dvec3(1e4, -2e4, 3e3))];
+    for (kind, (scale, shift)) in (0..3).flat_map(|kind| places.map(|place| (kind, place))) {
+        let mut random = Random(7 + u64::from(kind));
+        let turn = DQuat::from_axis_angle(direction(&mut random), 6.0 * random.next());
+        let placed = |face: &LensFace| face.placed(|p| turn * (p * scale) + shift, |d| turn * d, scale);
+        let faces: Vec<LensFace> = lens(kind).iter().map(placed).collect();
+        let scene = with_shapes(faces.iter().cloned().map(Geometry::LensFace).collect());
+        let uploaded = GpuScene::new(&gpu, &scene, true).unwrap();
+        let rings: Vec<f64> = if kind == 2 { vec![0.7, 1.0] } else { vec![1.0] };
+        let mut rays = Vec::new();
+        // From inside towards the circles where faces meet, close by, and anywhere.
+        while rays.len() < 1 << 15 {
+            let o = dvec3(random.next() - 0.5, random.next() - 0.5, 0.1 * (random.next() - 0.5));
+            let phi = std::f64::consts::TAU * random.next();
+            let r = rings[rays.len() / 4 % rings.len()] * (1.0 + [0.0, 1e-7, 1e-6, 0.0][rays.len() % 4] * (random.next() - 0.5));
+            let side = if random.next() < 0.5 { 0.1 } else { -0.1 };
+            let target = if rays.len() % 4 == 3 { o + direction(&mut random) } else { dvec3(r * phi.cos(), r * phi.sin(), side) };
+            let to_world = |p: DVec3| (turn * (p * scale) + shift - uploaded.origin).as_vec3();
+            let (o, target) = (to_world(o), to_world(target));
+            rays.push([o, (target - o).normalize()]);
+        }
+        let found = trace(&gpu, &scene, &uploaded, &rays);
+        let escaped = found.iter().filter(|t| **t < 0.0).count();
+        assert_eq!(escaped, 0, "of {} from lens {kind} at scale {scale}", rays.len());
+        // In double precision, too.
+        let world = abbe::geometry::world::World::new(scene.shapes.iter().map(|s| &s.geometry));
+        let leaves = |[o, d]: &[Vec3; 2]| {
+            let ray = abbe::geometry::world::Ray::new(o.as_dvec3() + uploaded.origin, d.as_dvec3().normalize());
+            world.intersect(&ray).is_empty()
+        };
+        assert_eq!(rays.iter().filter(|ray| leaves(ray)).count(), 0);
+        // The count tells: without one of its faces a lens lets rays out.
+        let torn = with_shapes(faces[1..].iter().cloned().map(Geometry::LensFace).collect());
+        let torn = GpuScene::new(&gpu, &torn, true).unwrap();
+        assert!(trace(&gpu, &scene, &torn, &rays).into_iter().any(|t| t < 0.0));
+    }
 }
 
 /// A closed, bumpy ball of about `2 n^2` triangles whose poles are fans of needles.
