@@ -5,7 +5,11 @@
 #include "common/sampler.wgsl"
 #include "common/work.wgsl"
 #include "common/tile.wgsl"
+#if SENSOR_LENS
+#include "sensor/splat_landed.wgsl"
+#else
 #include "common/store_sample.wgsl"
+#endif
 #include "common/counters.wgsl"
 #include "sensor/sensor.wgsl"
 #include "path/state.wgsl"
@@ -71,7 +75,9 @@ fn main(
 ) {
     let group = work_group(group_number(workgroup.x, workgroups.x));
     first_place = work_group(params.first_group).place;
+#if !SENSOR_LENS
     mark_unfinished(slot_at(group.place, local), group.samples);
+#endif
     var at = next_item(group.first, group.end, local);
     if (at >= group.end) {
         return;
@@ -85,7 +91,11 @@ fn main(
 #if COUNTED
             count_path(path.depth);
 #endif
+#if SENSOR_LENS
+            splat_sample();
+#else
             store_sample(slot_at(item.place + i, local));
+#endif
             i += 1u;
             if (i >= item.count) {
                 at = next_item(at + 1u, group.end, local);
@@ -99,4 +109,10 @@ fn main(
         }
     }
     report_rays();
+#if SENSOR_LENS
+    // Where the driver has ended the loop.
+    if (at < group.end) {
+        atomicAdd(&counters[COUNTER_UNFINISHED], 1u);
+    }
+#endif
 }

@@ -34,7 +34,7 @@ fn cross_tube(m: Meridian, radius: f32) -> vec2f {
     return clamp(vec2f(min(q, other), max(q, other)), vec2f(-INFINITE), vec2f(INFINITE));
 }
 
-struct LensSurface {
+struct FaceSurface {
     edge: f32, // heights over the base: where it ends,
     vertex: f32, // and of its vertex
     curvature: f32,
@@ -47,15 +47,15 @@ struct LensSurface {
     radius: f32,
 }
 
-fn lens_surface(size: vec3f) -> LensSurface {
+fn face_surface(size: vec3f) -> FaceSurface {
     let at = bitcast<u32>(size.y);
     let a = primitive_row(at);
     let b = primitive_row(at + 1u);
-    return LensSurface(a.x, a.y, a.z, a.w, b.x, bitcast<u32>(b.y), b.z, b.w, at + 2u, size.x);
+    return FaceSurface(a.x, a.y, a.z, a.w, b.x, bitcast<u32>(b.y), b.z, b.w, at + 2u, size.x);
 }
 
 // Height over the vertex where the squared distance from the axis is `r2`, and dz/dr over r.
-fn sag_and_slope(s: LensSurface, r2: f32) -> vec2f {
+fn face_sag_and_slope(s: FaceSurface, r2: f32) -> vec2f {
     let root = sqrt(max(1.0 - (1.0 + s.conic) * s.curvature * s.curvature * r2, 0.0));
     var sag = r2 * s.curvature / (1.0 + root);
     var slope = s.curvature / max(root, 1e-30);
@@ -78,19 +78,19 @@ fn sag_and_slope(s: LensSurface, r2: f32) -> vec2f {
 }
 
 // How far the ray is above the surface, and the derivative of that.
-fn gap_and_rate(m: Meridian, s: LensSurface, t: f32) -> vec2f {
+fn gap_and_rate(m: Meridian, s: FaceSurface, t: f32) -> vec2f {
     let across = m.o + t * m.d;
-    let surface = sag_and_slope(s, dot(across, across));
+    let surface = face_sag_and_slope(s, dot(across, across));
     return vec2f(height_along(m, t) - s.vertex - surface.x, m.dz - surface.y * dot(across, m.d));
 }
 
 // Half of dF/dt where F = c (x^2 + y^2 + (1 + k) z^2) - 2 z, which grows downwards near the vertex; `along`: the point's distance from that along the ray.
-fn half_rate_of_conic(m: Meridian, s: LensSurface, z: f32, along: f32) -> f32 {
+fn half_rate_of_conic(m: Meridian, s: FaceSurface, z: f32, along: f32) -> f32 {
     return s.curvature * (along + s.conic * z * m.dz) - m.dz;
 }
 
 // Where the ray crosses the conic, upwards and downwards through the sheet that has the vertex, and whether it does.
-fn cross_conic(m: Meridian, s: LensSurface) -> vec3f {
+fn cross_conic(m: Meridian, s: FaceSurface) -> vec3f {
     let c = s.curvature;
     let a = c * (1.0 + s.conic * m.dz * m.dz);
     // From the ray's nearest point to the vertex, so that far origins do not cost digits.
@@ -109,7 +109,7 @@ fn cross_conic(m: Meridian, s: LensSurface) -> vec3f {
 
 #if ASPHERES
 // The crossing between two points of the ray, of which the first is below the surface, or not.
-fn refine_crossing(m: Meridian, s: LensSurface, from: f32, to: f32, below: bool, first: f32) -> f32 {
+fn refine_crossing(m: Meridian, s: FaceSurface, from: f32, to: f32, below: bool, first: f32) -> f32 {
     var lo = from;
     var hi = to;
     var t = first;
@@ -183,7 +183,7 @@ fn intersect_lens_face(ray: Ray, primitive: u32, base: vec3f, axis: vec3f, size:
         }
         return;
     }
-    let s = lens_surface(size);
+    let s = face_surface(size);
     var starts_below = height_along(m, start) < s.edge;
     if (from_here || ends.x <= 0.0) {
         let gap = gap_and_rate(m, s, 0.0);
@@ -270,7 +270,7 @@ fn place_on_lens_face(q: vec3f, axis: vec3f, size: vec3f) -> LensPlace {
         let ring = primitive_row(bitcast<u32>(size.y));
         return LensPlace(across + ring.x * axis, ring.w * axis);
     }
-    let s = lens_surface(size);
-    let surface = sag_and_slope(s, dot(across, across));
+    let s = face_surface(size);
+    let surface = face_sag_and_slope(s, dot(across, across));
     return LensPlace(across + (s.vertex + surface.x) * axis, s.side * normalize(axis - surface.y * across));
 }

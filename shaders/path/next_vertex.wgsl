@@ -527,7 +527,11 @@ fn next_event(from_vertex: Ray) -> Ray {
     }
     if (path.connects) {
 #if LIGHT_PATHS
+#if SENSOR_LENS
+        splat_landed();
+#else
         splat(path.wavelength);
+#endif
 #else
         for (var k = 0u; k < WAVELENGTHS4; k++) {
             li[k] += Ld[k];

@@ -149,7 +149,11 @@ fn connect(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
 }
 
 fn light_spectrum(light: LightSample, k: u32) -> vec4f {
+#if SENSOR_LENS
+    return landed_weight[k];
+#else
     return vec4f(1.0);
+#endif
 }
 #else
 // A point of a light, seen from `p`.

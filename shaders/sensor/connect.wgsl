@@ -15,33 +15,15 @@
 #if CAUSTICS
 #include "sensor/density.wgsl"
 #endif
-@group(0) @binding(13) var<storage, read_write> splats: array<atomic<u32>>;
-#if MANY_BINS
-@group(0) @binding(12) var<storage, read> wavelength_bins: array<u32>;
+#include "sensor/quanta.wgsl"
+#if SENSOR_CAMERA
+#include "sensor/filter.wgsl"
+#endif
+#if SENSOR_LENS
+#include "sensor/splat_landed.wgsl"
 #endif
 
 var<private> splat_pixel: vec2u;
-
-// Adds `quanta` to a 64-bit sum, stochastically rounded: integers, so that the order of additions does not matter. A sum that would wrap stays at
-// the greatest there is, and is counted.
-fn add_quanta(index: u32, quanta: f32, u: f32) {
-    let whole = floor(quanta + u);
-    if (whole <= 0.0) {
-        return;
-    }
-    let high = floor(whole * 0x1p-32);
-    let low = u32(whole - high * 0x1p+32);
-    let before = atomicAdd(&splats[2u * index], low);
-    let carry = select(0u, 1u, before + low < low);
-    let high_sum = u32(high) + carry;
-    if (high_sum != 0u) {
-        let before_high = atomicAdd(&splats[2u * index + 1u], high_sum);
-        if (before_high + high_sum < before_high) {
-            atomicMax(&splats[2u * index + 1u], 0xffffffffu);
-            atomicAdd(&counters[COUNTER_SATURATED], 1u);
-        }
-    }
-}
 
 // Adds `Ld` to the pixel at hand, `wavelength` of it or all if that is NONE. Software drivers execute whatever is within a loop, needed or not, so that there is
 // one addition to a bin, in a loop of its own.
@@ -93,37 +75,32 @@ fn splat(wavelength: u32) {
     }
 }
 
-#if SENSOR_CAMERA
-// Weight of the reconstruction filter at distance x from a pixel's centre, normalised to integral 1; pixels.
-fn filter_weight(x: f32) -> f32 {
-#if FILTER_TENT
-    return max(0.0, 1.0 - abs(x) / params.filter_radius) / params.filter_radius;
-#elif FILTER_GAUSSIAN
-    let s = x / params.filter_radius;
-    return exp(-0.5 * s * s) * 0.4000222589 / params.filter_radius;
-#else
-    return select(0.0, 1.0, x >= -0.5 && x < 0.5);
-#endif
-}
-
-// One of the pixels whose filter covers `x` (pixels), by its weight: (pixel, sum of weights), negative if none.
-fn choose_pixel(x: f32, u: f32) -> vec2f {
-    let first = ceil(x - 0.5 - params.filter_reach);
-    let last = floor(x - 0.5 + params.filter_reach);
-    var total = 0.0;
-    var chosen = -1.0;
-    var v = u;
-    for (var p = first; p <= last; p += 1.0) {
-        let w = filter_weight(x - 0.5 - p);
-        total += w;
-        // Reservoir of one: keeps p with probability w / total.
-        let keep = w > 0.0 && v * total < w;
-        chosen = select(chosen, p, keep);
-        v = select((v * total - w) / max(total - w, 1e-20), v * total / max(w, 1e-20), keep);
+#if SENSOR_LENS
+// The camera as a light sample: `weight` times the flux density scattered towards `wi` times landed_weight is what each wavelength adds to where it lands.
+fn connect_to_sensor(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
+    var s = no_light();
+    let place = lens_point(p);
+    let radius = params.half_extent.z;
+    let v = vec3f(radius * sample_disc(u), params.half_extent.w) - place;
+    if (place.z >= params.dual_u.w || v.z <= 0.0) {
+        return s;
     }
-    return vec2f(chosen, total);
+    let d2 = dot(v, v);
+    let d = v * inverseSqrt(d2);
+    let density = land(place, d, vec2f(u_choice, fract(u_choice * 4096.0)));
+    if (density <= 0.0) {
+        return s;
+    }
+    let enters = PI * radius * radius * d.z / pixel_area();
+    lens_density = density * enters;
+    lens_reach = 0.0;
+    s.density = sensor_density(d, d2);
+    s.weight = enters / d2;
+    s.wi = world_from_lens(d);
+    s.distance = (params.dual_u.w - place.z) / d.z;
+    return s;
 }
-
+#elif SENSOR_CAMERA
 // The camera as a light sample: `weight` times the flux density scattered towards `wi` is radiance in the pixel `splat_pixel`.
 fn connect_to_sensor(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     var s = no_light();

@@ -1,7 +1,18 @@
 #include "common/params.wgsl"
 #include "common/math.wgsl"
 
-#if SENSOR_CAMERA
+#if SENSOR_LENS
+// Of the ray at hand: density of a pixel's camera paths per etendue, times the area of the disc that light paths enter by and the cosine there; and how
+// far behind the ray's start its point in that disc is, m.
+var<private> lens_density: f32;
+var<private> lens_reach: f32;
+
+// Density per area of a pixel's camera paths at their first vertex, over the cosine there, and over the density of light paths in the disc.
+fn sensor_density(d: vec3f, d2: f32) -> f32 {
+    let way = sqrt(d2) + lens_reach;
+    return lens_density / (way * way);
+}
+#elif SENSOR_CAMERA
 // Density per area of a pixel's camera paths at their first vertex, over the cosine there; `d` is the unit direction between it and the lens, the
 // distance squared is `d2`.
 fn sensor_density(d: vec3f, d2: f32) -> f32 {

@@ -3,6 +3,10 @@
 #include "common/math.wgsl"
 #include "common/sampler.wgsl"
 #include "geometry/trace.wgsl"
+#if SENSOR_LENS
+#include "sensor/lens.wgsl"
+#include "sensor/density.wgsl"
+#endif
 
 #if FILTER_GAUSSIAN
 // Giles, "Approximating the erfinv function", GPU Computing Gems Jade, 2011, single precision.
@@ -39,6 +43,43 @@ fn sample_filter(u: vec2f) -> vec2f {
 var<private> sensor_normal: vec3f; // at the point that measures
 #endif
 
+#if SENSOR_LENS
+// A ray into the scene that a wavelength of the path, drawn evenly, leads to from the place `p` of the picture (right, up in [-1, 1]); beta becomes what
+// radiance along it counts where each wavelength lands.
+fn lens_ray(p: vec2f) -> Ray {
+    // The image is upside down.
+    let film = -p * params.half_extent.xy;
+    let pupil = sample_pupil(film, sample_disc(next_2d()));
+    let u = next_2d();
+    let leading = min(u32(u.x * f32(WAVELENGTHS)), WAVELENGTHS - 1u);
+    let place = vec3f(film, params.dual_u.y);
+    let out = trace_lens(four_rays(place, normalize(vec3f(pupil, params.dual_u.z) - place)), leading / 4u, false);
+    let c = leading % 4u;
+    let o = vec3f(component(out.ox, c), component(out.oy, c), component(out.oz, c));
+    let d = normalize(vec3f(component(out.dx, c), component(out.dy, c), component(out.dz, c)));
+    let start = o + (params.dual_u.w - o.z) / d.z * d;
+    let passes = component(out.weight, c) > 0.0;
+    var density = 0.0;
+    if (passes) {
+        density = land(start, -d, next_2d());
+    }
+    let scale = select(0.0, 1.0 / density, density > 0.0);
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        beta[k] = select(vec4f(0.0), scale * landed_weight[k], scale > 0.0);
+        li[k] = vec4f(0.0);
+    }
+    let in_disc = start.xy + (params.half_extent.w - params.dual_u.w) / d.z * d.xy;
+    lens_reach = (params.half_extent.w - params.dual_u.w) / -d.z;
+    let radius = params.half_extent.z;
+    // No light path enters beside the disc.
+    lens_density = select(1e30, density / pixel_area() * PI * radius * radius * -d.z, dot(in_disc, in_disc) < radius * radius);
+    // What is stopped meets nothing.
+    let reach = select(0.0, INFINITE, scale > 0.0);
+    let toward = select(vec3f(0.0, 0.0, -1.0), d, scale > 0.0);
+    return Ray(world_point(select(vec3f(0.0), start, scale > 0.0)), reach, world_from_lens(toward), NONE, NONE, false);
+}
+#endif
+
 // Fills `ray`; beta becomes the weight that turns radiance into what the film measures.
 fn start_ray(pixel: vec2u) -> Ray {
     var ray: Ray;
@@ -54,6 +95,9 @@ fn start_ray(pixel: vec2u) -> Ray {
     let at = (vec2f(pixel) + next_2d()) / size;
 #endif
     let p = vec2f(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y); // right, up in [-1, 1]
+#if SENSOR_LENS
+    return lens_ray(p);
+#else
     var weight = 1.0;
 #if SENSOR_PERSPECTIVE
     let q = p * params.half_extent.xy;
@@ -91,4 +135,5 @@ fn start_ray(pixel: vec2u) -> Ray {
         li[k] = vec4f(0.0);
     }
     return ray;
+#endif
 }

@@ -1,4 +1,4 @@
-//! The command line: `abbe new`, `check`, `render`, `develop`, `devices`, `info`, `bench`, `compare`, `probe`, `glass`, `validate` and `view`.
+//! The command line: a file for each command.
 //!
 //! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 1 what was
 //! compared is not alike or not as it must be, 2 the request or its input is at fault, or its files cannot be written (one line says what and what to do), 3 the device failed at its work,
@@ -15,6 +15,7 @@ mod disk;
 mod glass;
 mod info;
 mod interrupt;
+mod lens;
 mod load;
 mod logger;
 mod merge;
@@ -67,6 +68,7 @@ const EXAMPLES: &str = "Examples:
   abbe probe newton.exr 320,200                     the spectrum of a pixel
   abbe devices                                      what Abbe can render on
   abbe glass N-SF11                                 its refractive indices
+  abbe lens achromat                                focal length, pupils, spots, colours
   abbe validate --case prism-n-bk7                  is that deviated as theory has it?
   abbe view scenes/prism.json                       live, in the browser: turn it, change its glass, read its spectra
 
@@ -104,6 +106,8 @@ enum Command {
     Probe(probe::Args),
     /// Look up the refractive indices of a glass, or list the glasses
     Glass(glass::Args),
+    /// Say what a lens does: focal length, pupils, spots, colour, transmission
+    Lens(lens::Args),
     /// Hold renders to answers known from theory
     Validate(validate::Args),
     /// Look at a scene live, or at spectral EXRs, in the browser
@@ -131,6 +135,7 @@ pub fn main() -> ExitCode {
         Command::Compare(args) => compare::run(&args),
         Command::Probe(args) => probe::run(&args),
         Command::Glass(args) => glass::run(&args),
+        Command::Lens(args) => lens::run(&args),
         Command::Validate(args) => validate::run(&args),
         #[cfg(feature = "view")]
         Command::View(args) => view::run(&args),

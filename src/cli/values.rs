@@ -121,6 +121,11 @@ pub fn finite(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| "write a number, as in 1.5 or -2".to_string())
 }
 
+/// Half a field of view: degrees from 0 to below 90.
+pub fn field(text: &str) -> Result<f64, String> {
+    finite(text).ok().filter(|v| (0.0..89.0).contains(v)).ok_or_else(|| "write degrees from 0 to 89, as in 20".to_string())
+}
+
 fn with_ending(text: &str, ending: &str) -> Result<PathBuf, String> {
     let path = Path::new(text);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending)) {

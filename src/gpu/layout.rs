@@ -293,15 +293,17 @@ shared_records! {
         axis_y: Vec4,
         /// Backward, or normal.
         axis_z: Vec4,
-        /// Half extents of the picture at distance 1 (or of the orthographic rectangle), lens radius, focus distance; radius of a sphere sensor.
+        /// Half extents of the picture at distance 1 (or of the orthographic rectangle), lens radius, focus distance; radius of a sphere sensor. Lens: half
+        /// extents of the film, radius and plane of the disc that light enters by, m.
         half_extent: Vec4,
         /// Volumes that rays start in, if all start in the same, as slots of medium/interiors.wgsl ...
         inside: UVec4,
         /// ... and those beyond four.
         inside_more: UVec4,
-        /// Plane sensor: q . dual_u runs from 0 to 1 along its edge u; w is its area.
+        /// Plane sensor: q . dual_u runs from 0 to 1 along its edge u; w is its area. Lens: planes of the entrance pupil, the film, the bounds of the exit
+        /// pupil and the start of rays, m.
         dual_u: Vec4,
-        /// Likewise along its edge v.
+        /// Likewise along its edge v. Lens: bounds per metre of radius on the film; irradiance on the film over radiance, sr.
         dual_v: Vec4,
     }
 
@@ -528,6 +530,30 @@ shared_records! {
         material: u32,
         /// Unused.
         pad_0: u32,
+    }
+
+    /// A surface of a camera's lens (lens/prescription.rs). After all of them come the bounds of the exit pupil: centre, and half extents.
+    struct LensSurface {
+        /// Curvature, m^-1.
+        curvature: f32,
+        /// Conic constant.
+        conic: f32,
+        /// Vertex, m.
+        z: f32,
+        /// Semi-diameter, m.
+        semi_diameter: f32,
+        /// Row of the index before it ...
+        front_row: u32,
+        /// ... and behind it.
+        row: u32,
+        /// Row of the absorption coefficient before it ...
+        front_absorption: u32,
+        /// ... and behind it.
+        absorption: u32,
+        /// Aspheric coefficients of r^2 to r^8, m^-1 to m^-7 ...
+        low: Vec4,
+        /// ... and of r^10 to r^16, m^-9 to m^-15.
+        high: Vec4,
     }
 
     /// A light, or one primitive of an emitting shape.

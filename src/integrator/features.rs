@@ -4,6 +4,7 @@
 use super::Techniques;
 use crate::geometry::{Bounds, bounds};
 use crate::gpu::scene::{SLOTS, light_grid_pays};
+use crate::lens::LensCamera;
 use crate::scene::texture::{self, Texels};
 use crate::scene::volumes::most_overlapping;
 use crate::scene::{EnvironmentTexels, Filter, Geometry, Interior, Light, Material, Mesh, Scene, Sensor, Shape, Starts};
@@ -205,15 +206,23 @@ features! {
     /// Arctangents that are exact.
     PreciseAngles "PRECISE_ANGLES" if |n| n.has(Feature::EnvImage) || n.has(Feature::LightProfile);
     /// A pinhole or thin lens.
-    SensorPerspective "SENSOR_PERSPECTIVE" if |n| matches!(n.scene.sensor, Sensor::Perspective { .. });
+    SensorPerspective "SENSOR_PERSPECTIVE" if |n| matches!(n.scene.sensor, Sensor::Perspective { optics: None, .. });
+    /// A camera that rays reach through the surfaces of a lens.
+    SensorLens "SENSOR_LENS" if |n| n.optics().is_some();
+    /// Aspheric surfaces in it.
+    LensAspheres "LENS_ASPHERES" if |n| n.optics().is_some_and(|o| o.lens.surfaces.iter().any(|s| !s.aspheric.is_empty()));
+    /// Glass in it that absorbs.
+    LensAbsorption "LENS_ABSORPTION" if |n| {
+        n.optics().is_some_and(|o| o.lens.surfaces.iter().any(|s| s.glass.as_ref().is_some_and(|g| g.absorption.is_some())))
+    };
     /// A parallel view.
     SensorOrthographic "SENSOR_ORTHOGRAPHIC" if |n| matches!(n.scene.sensor, Sensor::Orthographic { .. });
     /// Irradiance on a plane.
     SensorPlane "SENSOR_PLANE" if |n| matches!(n.scene.sensor, Sensor::IrradiancePlane { .. });
     /// A camera.
-    SensorCamera "SENSOR_CAMERA" if |n| n.has(Feature::SensorPerspective) || n.has(Feature::SensorOrthographic);
+    SensorCamera "SENSOR_CAMERA" if |n| n.has(Feature::SensorPerspective) || n.has(Feature::SensorLens) || n.has(Feature::SensorOrthographic);
     /// A lens of finite aperture.
-    Lens "LENS" if |n| matches!(n.scene.sensor, Sensor::Perspective { lens_radius, .. } if lens_radius > 0.0);
+    Lens "LENS" if |n| matches!(n.scene.sensor, Sensor::Perspective { lens_radius, optics: None, .. } if lens_radius > 0.0);
     /// The tent as reconstruction filter.
     FilterTent "FILTER_TENT" if |n| matches!(n.scene.film.filter, Filter::Tent { .. });
     /// The Gaussian.
@@ -233,7 +242,7 @@ features! {
     /// Light paths are merged at what camera paths see through metal and glass.
     Merging "MERGING" if |n| {
         let merges = n.has(Feature::Diffuse) || n.has(Feature::Scattering);
-        n.has_caustics() && n.techniques.merging && n.has(Feature::SensorCamera) && n.has(Feature::Fresnel) && merges
+        n.has_caustics() && n.techniques.merging && n.has(Feature::SensorCamera) && !n.has(Feature::SensorLens) && n.has(Feature::Fresnel) && merges
     };
     /// There are light paths.
     Caustics "CAUSTICS" if |n| n.has(Feature::LightTracing) || n.has(Feature::Merging);
@@ -335,6 +344,11 @@ impl<'a> Needs<'a> {
 
     fn has(&self, feature: Feature) -> bool {
         self.features.has(feature)
+    }
+
+    /// The lens that the camera looks through.
+    fn optics(&self) -> Option<&LensCamera> {
+        self.scene.sensor.optics()
     }
 
     fn material(&self, f: impl Fn(&Material) -> bool) -> bool {

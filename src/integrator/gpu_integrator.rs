@@ -173,8 +173,10 @@ impl GpuIntegrator {
             Ok((gpu.empty_storage(label, bytes)?, Staging::new(&gpu, bytes)))
         };
         let film = summed("film", 4 * values)?;
-        let splats = plan.light.as_ref().map(|_| summed("splats", 8 * values)).transpose()?;
-        let camera = pass(&["camera_paths.wgsl", "update_film.wgsl"], plan.camera, limit, 0)?;
+        let has_lens = plan.has(Feature::SensorLens);
+        let splats = (plan.light.is_some() || has_lens).then(|| summed("splats", 8 * values)).transpose()?;
+        let camera_kernels: &[&str] = if has_lens { &["camera_paths.wgsl"] } else { &["camera_paths.wgsl", "update_film.wgsl"] };
+        let camera = pass(camera_kernels, plan.camera, limit, 0)?;
         let light = plan.light.map(|f| pass(&["light_paths.wgsl"], f, limit, 2)).transpose()?;
         let uniforms = gpu.uniform("params", std::mem::size_of::<Params>() as u64);
         let counters = summed("counters", (COUNTERS * 4) as u64)?;
@@ -554,6 +556,9 @@ impl GpuIntegrator {
         let albedos = gpu.table("albedos", &aov::table(albedos))?;
         let mut resources: Vec<(&str, &Resource)> = self.scene.resources.iter().map(|(n, b)| (*n, b)).collect();
         resources.push(("albedos", &albedos));
+        // A lens bends by its indices.
+        let spectra = gpu.table("spectra", &self.spectra(0, 1).0)?;
+        resources.push(("spectra", &spectra));
         let params = Params { samples, batch: index, seed: self.seed, ..self.params };
         let tiles = self.tiles();
         aov::run((gpu, &self.halt), pass, &tiles, &resources, (&self.uniforms, &self.counters), params)

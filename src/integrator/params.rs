@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Bounds;
 use crate::gpu::layout::Params;
 use crate::gpu::scene::{GpuScene, volume_stack};
+use crate::lens::camera::PUPIL_BOUNDS;
 use crate::scene::{Filter, SLACK, Scene, Sensor, Starts, initial_interiors};
 use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
@@ -41,7 +42,15 @@ pub(super) fn params(
     };
     let starts = Starts::of(scene);
     let start = match &starts.sensor {
-        Sensor::Perspective { eye, frame, tan_half_vfov, lens_radius, focus_distance } => {
+        Sensor::Perspective { eye, frame, optics: Some(lens), .. } => {
+            p.origin = local(*eye);
+            [p.axis_x, p.axis_y, p.axis_z] = [frame.x_axis, frame.y_axis, frame.z_axis].map(vec4);
+            p.half_extent = half(0.5 * lens.film.x, 0.5 * lens.film.y, lens.front.radius, lens.front.z);
+            p.dual_u = half(lens.paraxial.entrance_pupil.0, lens.film_z, lens.pupil_z, lens.start_z);
+            p.dual_v = half((PUPIL_BOUNDS - 1) as f64 / lens.film_radius(), lens.axial, 0.0, 0.0);
+            *eye
+        }
+        Sensor::Perspective { eye, frame, tan_half_vfov, lens_radius, focus_distance, optics: None } => {
             p.origin = local(*eye);
             [p.axis_x, p.axis_y, p.axis_z] = [frame.x_axis, frame.y_axis, frame.z_axis].map(vec4);
             p.half_extent = half(tan_half_vfov * aspect, *tan_half_vfov, *lens_radius, *focus_distance);

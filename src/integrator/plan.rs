@@ -103,9 +103,10 @@ impl Plan {
         self.camera.has(feature)
     }
 
-    /// Whether blocks of pixels have samples by their errors. Where a pass has no wavelength in many bins, all of its passes are needed everywhere.
+    /// Whether blocks of pixels have samples by their errors. Where a pass has no wavelength in many bins, all of its passes are needed everywhere; a lens
+    /// scatters the wavelengths of a sample over blocks.
     pub fn is_adaptive(&self) -> bool {
-        self.techniques.adaptive_sampling && !self.has(Feature::ManyBins)
+        self.techniques.adaptive_sampling && !self.has(Feature::ManyBins) && !self.has(Feature::SensorLens)
     }
 
     /// WGSL constants of the plan.

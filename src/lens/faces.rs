@@ -11,8 +11,8 @@ pub enum Finish {
     Polished,
     /// As edges are.
     Edge,
-    /// Black: the stop.
-    Stop,
+    /// Black, as the stop is.
+    Black,
 }
 
 /// A face, and what it bounds.
@@ -26,15 +26,6 @@ pub struct Piece {
     pub finish: Finish,
 }
 
-/// The faces of a lens.
-#[derive(Debug, Clone, Default)]
-pub struct Faces {
-    /// In the order in which light meets them; those of one piece of glass follow each other.
-    pub pieces: Vec<Piece>,
-    /// Surfaces that cross within their diameters, and at what distance from the axis.
-    pub crossings: Vec<([usize; 2], f64)>,
-}
-
 impl Surface {
     /// Its height over the vertex, as geometry.
     pub fn profile(&self) -> Profile {
@@ -43,10 +34,10 @@ impl Surface {
     }
 }
 
-/// The faces of a lens whose pieces of glass are of this `diameter`, or as wide as the widest of their surfaces. Cemented glass has one diameter; flat rings
+/// The faces of a lens in the order in which light meets them, those of one piece of glass one after the other. Its pieces of glass are of this `diameter`, or as wide as the widest of their surfaces. Cemented glass has one diameter; flat rings
 /// lead from surfaces that are smaller to the edge. Surfaces of a piece of glass that cross before it end where they do, in a sharp edge.
-pub fn faces(lens: &Prescription, diameter: Option<f64>) -> Faces {
-    let mut out = Faces::default();
+pub fn faces(lens: &Prescription, diameter: Option<f64>) -> Vec<Piece> {
+    let mut out = Vec::new();
     let surfaces = &lens.surfaces;
     let mut heights = vec![0.0];
     surfaces.iter().for_each(|s| heights.push(heights[heights.len() - 1] + s.thickness));
@@ -60,7 +51,7 @@ pub fn faces(lens: &Prescription, diameter: Option<f64>) -> Faces {
                 let base = DVec3::Z * heights[first];
                 let form = LensForm::Annulus { height: 0.0, inner, outer, is_upper: false };
                 let face = LensFace { base, axis: DVec3::Z, form };
-                out.pieces.push(Piece { face, glass: None, finish: Finish::Stop });
+                out.push(Piece { face, glass: None, finish: Finish::Black });
             }
             first += 1;
             continue;
@@ -72,17 +63,8 @@ pub fn faces(lens: &Prescription, diameter: Option<f64>) -> Faces {
         let group = Group { surfaces, heights: &heights, parts: &parts };
         let wide = parts.iter().map(|&i| surfaces[i].semi_diameter).fold(0.0, f64::max);
         group.add(diameter.map_or(wide, |d| (0.5 * d).max(wide)), &mut out);
-        first = end;
-        // The last surface of the run has air behind it, and is done.
-        first += 1;
-    }
-    // Across the air between lenses.
-    for i in 1..surfaces.len() {
-        let (before, behind) = (&surfaces[i - 1], &surfaces[i]);
-        if before.glass.is_none() && i > 1 && surfaces[i - 2].glass.is_some() && behind.glass.is_some() {
-            let reach = before.semi_diameter.min(behind.semi_diameter);
-            out.crossings.extend(crossing(before, behind, reach).map(|r| ([i - 1, i], r)));
-        }
+        // The last surface of the run has air behind it.
+        first = end + 1;
     }
     out
 }
@@ -90,7 +72,6 @@ pub fn faces(lens: &Prescription, diameter: Option<f64>) -> Faces {
 /// The distance from the axis at which two surfaces one behind the other cross, if that is before `reach`.
 fn crossing(before: &Surface, behind: &Surface, reach: f64) -> Option<f64> {
     let room = |r: f64| before.thickness + behind.profile().sag(r * r) - before.profile().sag(r * r);
-    // Where both are cut off they are as high as at their own edges.
     const STEPS: u32 = 256;
     let radius = |i: u32| reach * f64::from(i) / f64::from(STEPS);
     let last = (1..=STEPS).find(|&i| room(radius(i)) < 0.0)?;
@@ -112,14 +93,13 @@ struct Group<'a> {
 }
 
 impl Group<'_> {
-    fn add(&self, mut radius: f64, out: &mut Faces) {
+    fn add(&self, mut radius: f64, out: &mut Vec<Piece>) {
         let base = DVec3::Z * self.heights[self.parts[0]];
         for pair in self.parts.windows(2) {
             let (before, behind) = (&self.surfaces[pair[0]], &self.surfaces[pair[1]]);
             let before = Surface { thickness: self.heights[pair[1]] - self.heights[pair[0]], ..before.clone() };
             let reach = before.semi_diameter.min(behind.semi_diameter).min(radius);
             if let Some(r) = crossing(&before, behind, reach) {
-                out.crossings.push(([pair[0], pair[1]], r));
                 radius = r;
             }
         }
@@ -127,7 +107,7 @@ impl Group<'_> {
             let [front, back] = [pair[0], pair[1]].map(|i| self.ends(i, radius));
             let mut push = |form: LensForm, finish: Finish| {
                 let face = LensFace { base, axis: DVec3::Z, form };
-                out.pieces.push(Piece { face, glass: Some(pair[0]), finish });
+                out.push(Piece { face, glass: Some(pair[0]), finish });
             };
             self.surface(pair[0], front, radius, false, &mut push);
             let (from, to) = (front.1, back.1.max(front.1));
@@ -147,7 +127,7 @@ impl Group<'_> {
         let surface = &self.surfaces[i];
         push(LensForm::Surface { profile: surface.profile(), vertex, edge, radius: own, is_upper }, Finish::Polished);
         if own < radius {
-            let finish = if surface.stop { Finish::Stop } else { Finish::Edge };
+            let finish = if surface.stop { Finish::Black } else { Finish::Edge };
             push(LensForm::Annulus { height: edge, inner: own, outer: radius, is_upper }, finish);
         }
     }

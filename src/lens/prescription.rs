@@ -6,6 +6,8 @@ use crate::spectrum::{Ior, Spectrum};
 
 /// Surfaces of a lens at most.
 pub const MOST_SURFACES: usize = 64;
+/// Aspheric coefficients of a surface at most: up to r^16.
+pub const MOST_COEFFICIENTS: usize = 8;
 
 /// What fills the space between two surfaces.
 #[derive(Debug, Clone, PartialEq)]
@@ -90,6 +92,21 @@ impl Surface {
 }
 
 impl Prescription {
+    /// Warnings of neighbouring surfaces that cross within what both let through, one line each.
+    pub fn crossings(&self) -> Vec<String> {
+        let crossing = |(i, pair): (usize, &[Surface])| {
+            let (a, b) = (&pair[0], &pair[1]);
+            let edge = a.semi_diameter.min(b.semi_diameter);
+            // Along the whole of it: aspheres may cross half way.
+            let gap = |j: u32| a.thickness + b.sag(edge * f64::from(j) / 16.0) - a.sag(edge * f64::from(j) / 16.0);
+            let least = (1..=16).map(gap).fold(f64::INFINITY, f64::min);
+            (least < -1e-9 * edge).then(|| {
+                format!("surfaces {i} and {} of the lens cross within its diameter; use a greater thickness or a smaller one", i + 1)
+            })
+        };
+        self.surfaces.windows(2).enumerate().filter_map(crossing).collect()
+    }
+
     /// Checks that light can be traced through the lens: numbers that are numbers, surfaces that reach their edge, one stop at most, glass somewhere, air
     /// at the end.
     pub fn check(&self) -> Result<(), Fault> {
@@ -131,6 +148,9 @@ impl Surface {
         }
         if !finite(self.conic) || !self.aspheric.iter().copied().all(finite) {
             return Some(("a conic constant or aspheric coefficient is no number".into(), "mend it"));
+        }
+        if self.aspheric.len() > MOST_COEFFICIENTS {
+            return Some((format!("{} aspheric coefficients", self.aspheric.len()), "give those of r^2 to r^16 at most"));
         }
         if !finite(self.thickness) || self.thickness < 0.0 {
             return Some((format!("the thickness {} m is none", self.thickness), "use a number of 0 or more"));

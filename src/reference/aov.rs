@@ -8,6 +8,7 @@ use crate::film::aov::{Albedo, AovBuffers, Sums};
 use crate::geometry::world::{Hit, Ray};
 use crate::scene::Material;
 use crate::scene::inside::MAX_STRAIGHT;
+use crate::spectrum::LINE_D_NM;
 use rayon::prelude::*;
 
 impl Stage {
@@ -17,7 +18,8 @@ impl Stage {
             let mut sums = [0.0; 8];
             for sample in 0..samples {
                 let mut rng = Rng::new(self.seed, index, pixel as u64 * u64::from(samples) + u64::from(sample));
-                let ray = sample_view(&self.scene.sensor, &self.scene.film, pixel, &mut rng).ray;
+                let view = sample_view(&self.scene.sensor, &self.scene.film, pixel, LINE_D_NM, &mut rng);
+                let Some(ray) = view.map(|view| view.ray) else { continue };
                 let origin = ray.origin;
                 let Some((hit, albedo)) = self.aov(ray, albedos, &mut rng) else { continue };
                 let [n, [r, g, b]] = [hit.ns.to_array(), albedo.rgb];

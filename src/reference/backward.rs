@@ -1,7 +1,7 @@
 //! The backward estimator: paths from the sensor that count what light they happen to meet.
 
 use super::rng::Rng;
-use super::sensor::sample_view;
+use super::sensor::{disperses, sample_view};
 use super::surface::Transport;
 use super::walk::{Observer, Path, WavelengthSample};
 use super::{Stage, finite};
@@ -41,21 +41,39 @@ impl Stage {
         for sample in (0..spp).take_while(|_| !self.halt.is_requested()) {
             let mut rng = Rng::new(self.seed, batch, pixel as u64 * u64::from(spp) + u64::from(sample));
             let nm = self.wavelengths(&mut rng);
-            let view = sample_view(&self.scene.sensor, &self.scene.film, pixel, &mut rng);
-            let wavelengths =
+            stats.paths += 1;
+            let all: Vec<WavelengthSample> =
                 nm.iter().enumerate().map(|(bin, &nm)| WavelengthSample { bin, nm, beta: 1.0, etendue: 1.0 }).collect();
-            let inside = self.interiors_at(view.ray.origin);
-            let mut met = Met { stage: self, radiance: vec![0.0; nm.len()] };
-            let mut walked = BatchStats::default();
-            self.walk(Path::new(view.ray, wavelengths, inside), Transport::Radiance, &mut rng, &mut met, &mut walked);
-            stats += BatchStats { paths: 1, truncated: walked.truncated.min(1), ..walked };
-            let negative = met.radiance.iter().copied().find(|l| *l < 0.0);
-            if finite(negative.unwrap_or(met.radiance.iter().sum()), &mut stats) {
-                for (bin, l) in met.radiance.iter().enumerate() {
-                    self.record(sums, bin, nm[bin], l * view.weight);
-                }
+            // Through a lens each goes its own way.
+            let together = if disperses(&self.scene.sensor) { 1 } else { all.len() };
+            for wavelengths in all.chunks(together) {
+                self.look(pixel, wavelengths.to_vec(), &nm, sums, &mut rng, &mut stats);
             }
         }
         stats
+    }
+
+    /// Follows a path of some wavelengths, out of those of the film.
+    fn look(
+        &self,
+        pixel: usize,
+        wavelengths: Vec<WavelengthSample>,
+        nm: &[f64],
+        sums: &mut [f64],
+        rng: &mut Rng,
+        stats: &mut BatchStats,
+    ) {
+        let Some(view) = sample_view(&self.scene.sensor, &self.scene.film, pixel, wavelengths[0].nm, rng) else { return };
+        let inside = self.interiors_at(view.ray.origin);
+        let mut met = Met { stage: self, radiance: vec![0.0; nm.len()] };
+        let mut walked = BatchStats::default();
+        self.walk(Path::new(view.ray, wavelengths, inside), Transport::Radiance, rng, &mut met, &mut walked);
+        *stats += BatchStats { truncated: walked.truncated.min(1), ..walked };
+        let negative = met.radiance.iter().copied().find(|l| *l < 0.0);
+        if finite(negative.unwrap_or(met.radiance.iter().sum()), stats) {
+            for (bin, l) in met.radiance.iter().enumerate() {
+                self.record(sums, bin, nm[bin], l * view.weight);
+            }
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::medium::Medium;
 use super::rng::Rng;
-use super::sensor::{connect, crossing, sample_view, splat};
+use super::sensor::{connect, crossing, disperses, sample_view, splat};
 use super::surface::Transport;
 use super::walk::{Observer, Path, Vertex, WavelengthSample};
 use super::{Stage, finite};
@@ -44,18 +44,23 @@ impl Arrived<'_> {
         rng: &mut Rng,
     ) {
         let (stage, film) = (self.stage, &self.stage.scene.film);
-        let Some(link) = connect(&stage.scene.sensor, film, from.origin, rng) else { return };
+        let nm: Vec<f64> = path.wavelengths.iter().map(|w| w.nm).collect();
+        let Some(link) = connect(&stage.scene.sensor, film, from.origin, &nm, rng) else { return };
         let density: Vec<f64> = (0..path.wavelengths.len()).map(|i| eval(link.dir, i)).collect();
-        let mut pixels = Vec::new();
-        splat(film, link.film, |pixel, weight| pixels.push((pixel, weight)));
-        if pixels.is_empty() || density.iter().all(|&g| g == 0.0) {
+        let pixels_at = |&(at, weight): &([f64; 2], f64)| {
+            let mut pixels = Vec::new();
+            splat(film, at, |pixel, share| pixels.push((pixel, weight * share)));
+            pixels
+        };
+        let pixels: Vec<Vec<(usize, f64)>> = link.landings.iter().map(pixels_at).collect();
+        if pixels.iter().all(Vec::is_empty) || density.iter().all(|&g| g == 0.0) {
             return;
         }
         let ray = Ray { dir: link.dir, ..from };
         let share = stage.straight(ray, &inside(link.dir), &path.wavelengths, link.distance, &mut self.dropped);
-        for (wavelength, (g, share)) in path.wavelengths.iter().zip(density.iter().zip(share)) {
-            for &(pixel, weight) in &pixels {
-                self.add(pixel, wavelength, wavelength.beta * g * share * link.weight * weight);
+        for (i, (wavelength, (g, share))) in path.wavelengths.iter().zip(density.iter().zip(share)).enumerate() {
+            for &(pixel, weight) in &pixels[i.min(pixels.len() - 1)] {
+                self.add(pixel, wavelength, wavelength.beta * g * share * weight);
             }
         }
     }
@@ -105,14 +110,20 @@ impl Stage {
         if !self.has_environment || !matches!(self.scene.sensor, Sensor::Perspective { .. } | Sensor::Orthographic { .. }) {
             return;
         }
-        let view = sample_view(&self.scene.sensor, &self.scene.film, pixel, rng);
-        let light = |bin: usize| self.environment(view.ray.dir, nm[bin]);
-        let wavelengths: Vec<WavelengthSample> =
-            nm.iter().enumerate().map(|(bin, &nm)| WavelengthSample { bin, nm, beta: light(bin), etendue: 1.0 }).collect();
-        let inside = self.interiors_at(view.ray.origin);
-        let share = self.straight(view.ray, &inside, &wavelengths, f64::INFINITY, &mut arrived.dropped);
-        for (wavelength, share) in wavelengths.iter().zip(share) {
-            arrived.add(pixel, wavelength, wavelength.beta * share * self.pixels() as f64);
+        let all: Vec<WavelengthSample> =
+            nm.iter().enumerate().map(|(bin, &nm)| WavelengthSample { bin, nm, beta: 1.0, etendue: 1.0 }).collect();
+        // Through a lens each goes its own way.
+        let together = if disperses(&self.scene.sensor) { 1 } else { all.len() };
+        for looked_at in all.chunks(together) {
+            let view = sample_view(&self.scene.sensor, &self.scene.film, pixel, looked_at[0].nm, rng);
+            let Some(view) = view else { continue };
+            let light = |w: &WavelengthSample| WavelengthSample { beta: self.environment(view.ray.dir, w.nm), ..w.clone() };
+            let wavelengths: Vec<WavelengthSample> = looked_at.iter().map(light).collect();
+            let inside = self.interiors_at(view.ray.origin);
+            let share = self.straight(view.ray, &inside, &wavelengths, f64::INFINITY, &mut arrived.dropped);
+            for (wavelength, share) in wavelengths.iter().zip(share) {
+                arrived.add(pixel, wavelength, wavelength.beta * share * view.weight * self.pixels() as f64);
+            }
         }
     }
 }

@@ -3,8 +3,9 @@
 use super::rng::Rng;
 use crate::bsdf::sample_cosine;
 use crate::geometry::world::Ray;
+use crate::lens::{LensCamera, LensRay, Tracer};
 use crate::scene::{FilmSettings, Filter, Sensor};
-use glam::{DMat3, DVec3, dvec3};
+use glam::{DMat3, DVec2, DVec3, dvec2, dvec3};
 use std::f64::consts::PI;
 
 /// A ray along which a pixel looks, and what the radiance along it counts for.
@@ -18,10 +19,60 @@ pub(super) struct Connection {
     /// Direction from the point.
     pub dir: DVec3,
     pub distance: f64,
-    /// Where on the film, in pixels.
-    pub film: [f64; 2],
-    /// Pixel value per W sr^-1 nm^-1 sent that way, without the filter.
-    pub weight: f64,
+    /// Where on the film, in pixels, and pixel value per W sr^-1 nm^-1 sent that way, without the filter: of every wavelength, or one for all.
+    pub landings: Vec<([f64; 2], f64)>,
+}
+
+/// Points and directions of a camera with a lens: from its coordinates to the world.
+struct Mount<'a> {
+    lens: &'a LensCamera,
+    eye: DVec3,
+    frame: DMat3,
+}
+
+impl Mount<'_> {
+    fn eye_in_lens(&self) -> DVec3 {
+        dvec3(0.0, 0.0, self.lens.paraxial.entrance_pupil.0)
+    }
+
+    /// Film position in pixels from one in m: the image is upside down.
+    fn pixels(&self, film: &FilmSettings, at: DVec2) -> [f64; 2] {
+        let q = dvec2(f64::from(film.width), f64::from(film.height)) * at / self.lens.film;
+        film_position(film, -q.x, -q.y)
+    }
+
+    /// A ray through the last surface from the place of the picture, in pixels about its centre; `None` where the lens stops it.
+    fn view(&self, film: &FilmSettings, (x, y): (f64, f64), nm: f64, rng: &mut Rng) -> Option<View> {
+        let lens = self.lens;
+        let at = -dvec2(x, y) * lens.film / dvec2(f64::from(film.width), f64::from(film.height));
+        let bound = lens.pupil_at(at.length());
+        // A circle around the bound: this needs no more of it than that nothing gets through outside.
+        let radius = bound.center.abs() + bound.half.max_element();
+        let from = lens.ray_from_film(at, sample_disc(radius, rng).truncate());
+        let out = Tracer::new(&lens.lens, nm).trace(from).filter(|out| out.is_clear)?;
+        let weight = out.transmission * lens.land(&from).1 * PI * radius * radius / lens.axial;
+        let start = out.ray.at(lens.start_z) - self.eye_in_lens();
+        Some(View { ray: Ray::new(self.eye + self.frame * start, self.frame * out.ray.d), weight })
+    }
+
+    fn connect(&self, film: &FilmSettings, p: DVec3, nm: &[f64], rng: &mut Rng) -> Option<Connection> {
+        let lens = self.lens;
+        let from = self.frame.transpose() * (p - self.eye) + self.eye_in_lens();
+        let entry = sample_disc(lens.front.radius, rng) + dvec3(0.0, 0.0, lens.front.z) - from;
+        if from.z >= lens.start_z || entry.z <= 0.0 {
+            return None;
+        }
+        let d = entry.normalize();
+        let pixel = lens.film.x * lens.film.y / f64::from(film.width * film.height);
+        let weight = PI * lens.front.radius.powi(2) * d.z / (entry.length_squared() * pixel * lens.axial);
+        let land = |nm: &f64| {
+            let out = Tracer::new(&lens.lens, *nm).trace(LensRay { o: from, d }).filter(|out| out.is_clear);
+            let land = |out: crate::lens::trace::Out| (self.pixels(film, lens.land(&out.ray).0), weight * out.transmission);
+            out.map_or(([f64::MIN; 2], 0.0), land)
+        };
+        let distance = (lens.start_z - from.z) / d.z;
+        Some(Connection { dir: self.frame * d, distance, landings: nm.iter().map(land).collect() })
+    }
 }
 
 /// Size of a pixel on the plane at distance 1.
@@ -34,15 +85,23 @@ fn film_position(film: &FilmSettings, x: f64, y: f64) -> [f64; 2] {
     [0.5 * f64::from(film.width) + x, 0.5 * f64::from(film.height) - y]
 }
 
-/// A random ray of a pixel.
-pub(super) fn sample_view(sensor: &Sensor, film: &FilmSettings, pixel: usize, rng: &mut Rng) -> View {
+/// Whether wavelengths go different ways between the film and the scene.
+pub(super) fn disperses(sensor: &Sensor) -> bool {
+    sensor.optics().is_some()
+}
+
+/// A random ray of a pixel, at `nm`; `None` where a lens stops it.
+pub(super) fn sample_view(sensor: &Sensor, film: &FilmSettings, pixel: usize, nm: f64, rng: &mut Rng) -> Option<View> {
     let (col, row) = ((pixel % film.width as usize) as f64, (pixel / film.width as usize) as f64);
     let centred = |rng: &mut Rng| {
         let (dx, dy) = (sample_filter(film.filter, rng), sample_filter(film.filter, rng));
         (col + 0.5 + dx - 0.5 * f64::from(film.width), 0.5 * f64::from(film.height) - (row + 0.5 + dy))
     };
-    match sensor {
-        Sensor::Perspective { eye, frame, tan_half_vfov, lens_radius, focus_distance } => {
+    Some(match sensor {
+        Sensor::Perspective { eye, frame, optics: Some(lens), .. } => {
+            return Mount { lens, eye: *eye, frame: *frame }.view(film, centred(rng), nm, rng);
+        }
+        Sensor::Perspective { eye, frame, tan_half_vfov, lens_radius, focus_distance, optics: None } => {
             let (x, y) = centred(rng);
             let s = pixel_size(*tan_half_vfov, film);
             let (focus, lens) = (dvec3(x * s, y * s, -1.0) * *focus_distance, sample_disc(*lens_radius, rng));
@@ -65,7 +124,7 @@ pub(super) fn sample_view(sensor: &Sensor, film: &FilmSettings, pixel: usize, rn
             let n = dvec3(r * phi.cos(), y, -r * phi.sin());
             measure(*center + n * *radius, n, rng)
         }
-    }
+    })
 }
 
 /// Irradiance at `p`: pi times the radiance from a cosine-distributed direction.
@@ -75,10 +134,13 @@ fn measure(p: DVec3, n: DVec3, rng: &mut Rng) -> View {
     View { ray: Ray::new(p, dir), weight: PI }
 }
 
-/// Connects a point to a camera, through a random point of its lens. Sensors of irradiance are crossed instead: see [`crossings`].
-pub(super) fn connect(sensor: &Sensor, film: &FilmSettings, p: DVec3, rng: &mut Rng) -> Option<Connection> {
+/// Connects a point to a camera, through a random point of its lens, at the wavelengths `nm`. Sensors of irradiance are crossed instead: see [`crossings`].
+pub(super) fn connect(sensor: &Sensor, film: &FilmSettings, p: DVec3, nm: &[f64], rng: &mut Rng) -> Option<Connection> {
     match sensor {
-        Sensor::Perspective { eye, frame, tan_half_vfov, lens_radius, focus_distance } => {
+        Sensor::Perspective { eye, frame, optics: Some(lens), .. } => {
+            Mount { lens, eye: *eye, frame: *frame }.connect(film, p, nm, rng)
+        }
+        Sensor::Perspective { eye, frame, tan_half_vfov, lens_radius, focus_distance, optics: None } => {
             let lens = sample_disc(*lens_radius, rng);
             let from = frame.transpose() * (p - *eye) - lens;
             let (distance, cos) = (from.length(), -from.z / from.length());
@@ -89,13 +151,13 @@ pub(super) fn connect(sensor: &Sensor, film: &FilmSettings, p: DVec3, rng: &mut 
             // A pixel's square covers the solid angle s^2 cos^3 seen from the lens.
             let weight = 1.0 / (distance * distance * s * s * cos * cos * cos);
             let film = film_position(film, focus.x / s, focus.y / s);
-            Some(Connection { dir: *frame * (-from / distance), distance, film, weight })
+            Some(Connection { dir: *frame * (-from / distance), distance, landings: vec![(film, weight)] })
         }
         Sensor::Orthographic { eye, frame, height } => {
             let from = frame.transpose() * (p - *eye);
             let s = height / f64::from(film.height);
             let film = film_position(film, from.x / s, from.y / s);
-            (from.z < 0.0).then_some(Connection { dir: frame.z_axis, distance: -from.z, film, weight: 1.0 / (s * s) })
+            (from.z < 0.0).then_some(Connection { dir: frame.z_axis, distance: -from.z, landings: vec![(film, 1.0 / (s * s))] })
         }
         Sensor::IrradiancePlane { .. } | Sensor::IrradianceSphere { .. } => None,
     }

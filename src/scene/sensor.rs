@@ -1,7 +1,9 @@
 //! What measures the light of a scene: the film with its wavelength bins, and the sensor in front of it.
 
+use crate::lens::LensCamera;
 use crate::spectrum::Bins;
 use glam::{DMat3, DVec3};
+use std::sync::Arc;
 
 /// Resolution, wavelength bins and reconstruction filter of the film.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,10 +48,20 @@ pub enum WavelengthSampling {
     Centres,
 }
 
+impl Sensor {
+    /// The lens that a camera looks through, if it is one of surfaces.
+    pub fn optics(&self) -> Option<&LensCamera> {
+        match self {
+            Sensor::Perspective { optics, .. } => optics.as_deref(),
+            _ => None,
+        }
+    }
+}
+
 /// What measures the light. Image rows run downwards, columns to the right.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Sensor {
-    /// A pinhole or thin-lens camera; pixels are radiance.
+    /// A pinhole, thin-lens or lens camera; pixels are radiance, of a lens camera irradiance on the film over [`LensCamera::axial`].
     Perspective {
         /// Centre of the lens.
         eye: DVec3,
@@ -61,6 +73,8 @@ pub enum Sensor {
         lens_radius: f64,
         /// Distance of the plane in focus along the view axis.
         focus_distance: f64,
+        /// The lens that rays go through, the centre of whose entrance pupil the eye is; then the thin lens is what it is about.
+        optics: Option<Arc<LensCamera>>,
     },
     /// Parallel view rays; pixels are radiance.
     Orthographic {

@@ -2,6 +2,7 @@
 
 mod alias;
 mod instances;
+mod lens;
 mod light_grid;
 mod lights;
 mod materials;
@@ -66,6 +67,7 @@ impl GpuScene {
         let interiors = interiors(scene, &mut rows);
         let mut textures = Textures::default();
         let (materials, tables) = materials::build(scene, &mut rows, &mut textures)?;
+        let (lens, lens_constants) = lens::build(scene, &mut rows);
         stage::enter(Stage::Lights);
         let lights = lights::build(scene, &mut rows, &mut textures, bounds, origin)?;
         stage::enter(Stage::Hierarchies);
@@ -93,6 +95,7 @@ impl GpuScene {
             ("environment", gpu.table("environment picture", &lights.environment)?),
             ("profiles", gpu.table("profiles of lamps", &lights.profiles)?),
             ("textures", gpu.table("textures", &textures)?),
+            ("lens", gpu.table("lens of the camera", &lens)?),
         ];
         let bytes = resources.iter().map(|(_, r)| r.size()).sum();
         let params = Params {
@@ -107,7 +110,7 @@ impl GpuScene {
         };
         let stack = geometry.stack.next_power_of_two().max(LEAST_STACK);
         // The loop over targets, mostly of one turn, is in every light path: as a parameter it cost 3 % of the time.
-        let constants = format!("const BVH_STACK = {stack}u;\nconst TARGETS = {}u;\n", targets.len());
+        let constants = format!("const BVH_STACK = {stack}u;\nconst TARGETS = {}u;\n{lens_constants}", targets.len());
         let power = lights.power;
         Ok(Self { resources, power, rows: rows.all, params, constants, origin, bytes })
     }

@@ -38,6 +38,24 @@ const KEYS: Keys = &[
     ("camera", SENSORS),
     ("perspective", &["eye", "target", "up", "vfov_deg", "aperture_radius", "focus_distance"]),
     ("orthographic", &["eye", "target", "up", "height"]),
+    (
+        "camera_lens",
+        &[
+            "eye",
+            "target",
+            "up",
+            "file",
+            "prescription",
+            "surfaces",
+            "diameter",
+            "unit",
+            "film",
+            "focus_distance",
+            "f_number",
+        ],
+    ),
+    ("prescription", &["name", "source", "unit", "surfaces", "diameter"]),
+    ("lens_surface", &["radius", "conic", "aspheric", "thickness", "glass", "diameter", "stop"]),
     ("irradiance_plane", &["origin", "edge_u", "edge_v"]),
     ("irradiance_sphere", &["center", "radius"]),
     ("medium", &["sigma_a", "sigma_s", "g"]),
@@ -71,11 +89,7 @@ const KEYS: Keys = &[
     ("prism", &["polygon", "length"]),
     ("mesh", &["file", "smooth", "unit"]),
     ("gltf", &["file", "override", "lights"]),
-    ("lens", &["surfaces", "diameter", "edge"]),
-    (
-        "lens_surface",
-        &["radius", "conic", "aspheric", "thickness", "glass", "absorption", "semi_diameter", "stop"],
-    ),
+    ("lens", &["file", "prescription", "surfaces", "diameter", "edge"]),
     ("relit", &["intensity", "irradiance", "profile", "rotate_deg"]),
     ("emission", &["radiance", "two_sided"]),
     ("transform", &["scale", "axis", "rotate_deg", "translate", "matrix"]),
@@ -117,7 +131,7 @@ const KEYS: Keys = &[
 ];
 
 /// Kinds of sensor.
-pub const SENSORS: &[&str] = &["perspective", "orthographic", "irradiance_plane", "irradiance_sphere"];
+pub const SENSORS: &[&str] = &["perspective", "lens", "orthographic", "irradiance_plane", "irradiance_sphere"];
 /// Kinds of geometry.
 pub const GEOMETRIES: &[&str] = &["sphere", "disc", "cylinder", "quad", "box", "prism", "mesh", "gltf", "instance", "lens"];
 /// Kinds of spectrum written as an object.

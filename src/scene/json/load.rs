@@ -4,6 +4,7 @@ use crate::error::{Error, Result, quoted};
 use crate::scene::gltf;
 use crate::scene::json::files::{Files, read_scene_file};
 use crate::scene::json::keys::SENSORS;
+use crate::scene::json::lens;
 use crate::scene::json::materials::Materials;
 use crate::scene::json::remarks::Remarks;
 use crate::scene::json::settings::Setting;
@@ -184,7 +185,7 @@ fn read(text: &str, file: &Path, files: Files, options: &LoadOptions) -> Result<
         let word = estimator.choice(&["backward", "forward"])?;
         loader.scene.reference = if word == "forward" { Estimator::Forward } else { Estimator::Backward };
     }
-    let camera = root.get("camera").map(|node| sensor(&node)).transpose()?;
+    let camera = root.get("camera").map(|node| sensor(&node, &loader)).transpose()?;
     Materials::read(&mut loader, &root)?;
     loader.shapes(&root)?;
     loader.lights(&root)?;
@@ -274,11 +275,12 @@ fn filter(node: &Node) -> Result<Filter> {
     })
 }
 
-fn sensor(node: &Node) -> Result<Sensor> {
+fn sensor(node: &Node, loader: &Loader) -> Result<Sensor> {
     node.object("camera")?;
     let (kind, inner) = node.one_of(SENSORS)?;
-    inner.object(kind)?;
+    inner.object(if kind == "lens" { "camera_lens" } else { kind })?;
     Ok(match kind {
+        "lens" => lens::camera(&inner, &loader.scene.film, &loader.reader)?,
         "perspective" => {
             let (eye, frame, distance) = view(&inner)?;
             let vfov = inner.need("vfov_deg")?;
@@ -295,6 +297,7 @@ fn sensor(node: &Node) -> Result<Sensor> {
                     _ => 0.0,
                 },
                 focus_distance: inner.get("focus_distance").map_or(Ok(distance), |n| n.length())?,
+                optics: None,
             }
         }
         "orthographic" => {
@@ -320,7 +323,7 @@ pub(in crate::scene) fn edges(node: &Node) -> Result<(DVec3, DVec3)> {
 }
 
 /// Eye, frame (right, up, backward) and distance of the target.
-fn view(node: &Node) -> Result<(DVec3, DMat3, f64)> {
+pub(in crate::scene) fn view(node: &Node) -> Result<(DVec3, DMat3, f64)> {
     let eye = node.need("eye")?.point()?;
     let target = node.need("target")?;
     let distance = (eye - target.point()?).length();

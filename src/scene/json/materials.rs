@@ -368,7 +368,7 @@ fn sum(own: Spectrum, medium: Spectrum, at: &Node) -> Result<Spectrum> {
 }
 
 /// `absorption` in m^-1: a spectrum, what is left of light after a distance, or `"catalogue"` for what is known of the named glass.
-pub(in crate::scene) fn absorption_of(loader: &Loader, node: &Node, ior: Option<&Node>) -> Result<Spectrum> {
+fn absorption_of(loader: &Loader, node: &Node, ior: Option<&Node>) -> Result<Spectrum> {
     if let (true, Some(color)) = (node.value.is_object(), node.get("color")) {
         node.object("absorption")?;
         let distance = node.need("distance")?.length()?;

@@ -4,6 +4,7 @@
 pub(in crate::scene) mod files;
 pub mod keys;
 pub(in crate::scene) mod lens;
+pub(in crate::scene) mod lens_shape;
 pub(in crate::scene) mod lights;
 pub(in crate::scene) mod load;
 pub(in crate::scene) mod materials;

@@ -1,0 +1,227 @@
+// The camera's lens, surface by surface: a ray of one wavelength leads from the film to a ray before the lens, and that ray comes back to the film at every
+// wavelength by its own indices, each to its own place. Etendue is the same on both sides, so that densities need no Jacobian.
+//
+// In the lens's coordinates z runs along the axis from the scene to the film, 0 at the first vertex (lens/camera.rs).
+#include "common/params.wgsl"
+#include "common/math.wgsl"
+#include "common/spectra.wgsl"
+#include "sensor/filter.wgsl"
+
+@group(0) @binding(25) var lens: Table<vec4f, LensSurface>;
+
+// Four rays of the four wavelengths 4k .. 4k+3.
+struct LensRays {
+    ox: vec4f,
+    oy: vec4f,
+    oz: vec4f,
+    dx: vec4f,
+    dy: vec4f,
+    dz: vec4f,
+    weight: vec4f, // share of the light that gets through, 0 where it is stopped
+}
+
+fn four_rays(o: vec3f, d: vec3f) -> LensRays {
+    return LensRays(vec4f(o.x), vec4f(o.y), vec4f(o.z), vec4f(d.x), vec4f(d.y), vec4f(d.z), vec4f(1.0));
+}
+
+#if LENS_ASPHERES
+// Height of an aspheric surface over the plane of its vertex, and slope over the distance from the axis, whose square is r2.
+fn sag_and_slope(s: LensSurface, r2: vec4f) -> array<vec4f, 2> {
+    let root = sqrt(max(vec4f(0.0), 1.0 - (1.0 + s.conic) * s.curvature * s.curvature * r2));
+    let a = s.low;
+    let b = s.high;
+    let sum = ((((((b.w * r2 + b.z) * r2 + b.y) * r2 + b.x) * r2 + a.w) * r2 + a.z) * r2 + a.y) * r2 + a.x;
+    let slopes = ((((((8.0 * b.w * r2 + 7.0 * b.z) * r2 + 6.0 * b.y) * r2 + 5.0 * b.x) * r2 + 4.0 * a.w) * r2 + 3.0 * a.z) * r2 + 2.0 * a.y) * r2 + a.x;
+    return array(s.curvature * r2 / (1.0 + root) + r2 * sum, s.curvature / max(root, vec4f(1e-6)) + 2.0 * slopes);
+}
+#endif
+
+// The rays through the lens, towards the film or towards the scene.
+fn trace_lens(start: LensRays, k: u32, to_film: bool) -> LensRays {
+    var r = start;
+    let side = select(-1.0, 1.0, to_film);
+    var n1 = vec4f(1.0);
+#if LENS_ABSORPTION
+    var absorption = vec4f(0.0);
+    var depth = vec4f(0.0);
+#endif
+    for (var step = 0u; step < LENS_SURFACES; step++) {
+        let s = load_LensSurface(select(LENS_SURFACES - 1u - step, step, to_film));
+        let n2 = spectrum(select(s.front_row, s.row, to_film), k);
+        // c (x^2 + y^2 + (1 + conic) z^2) = 2 z, solved from the plane of the vertex on for the root near it.
+        let c = s.curvature;
+        let to_vertex = (s.z - r.oz) / r.dz;
+        let px = r.ox + to_vertex * r.dx;
+        let py = r.oy + to_vertex * r.dy;
+        let a = c * (1.0 + s.conic * r.dz * r.dz);
+        let b = r.dz - c * (px * r.dx + py * r.dy);
+        let q = c * (px * px + py * py);
+        let discriminant = b * b - a * q;
+        var t = q / (b + side * sqrt(max(vec4f(0.0), discriminant)));
+        var x = px + t * r.dx;
+        var y = py + t * r.dy;
+        var z = t * r.dz;
+#if LENS_ASPHERES
+        var slope = c / max(vec4f(1e-6), 1.0 - c * (1.0 + s.conic) * z);
+        if (any(s.low != vec4f(0.0)) || any(s.high != vec4f(0.0))) {
+            for (var i = 0u; i < 6u; i++) {
+                let surface = sag_and_slope(s, x * x + y * y);
+                slope = surface[1];
+                let back = (z - surface[0]) / (r.dz - slope * (x * r.dx + y * r.dy));
+                t -= back;
+                x -= back * r.dx;
+                y -= back * r.dy;
+                z -= back * r.dz;
+            }
+            slope = sag_and_slope(s, x * x + y * y)[1];
+        }
+        let nx = -slope * x;
+        let ny = -slope * y;
+        let nz = vec4f(1.0);
+#else
+        let nx = -c * x;
+        let ny = -c * y;
+        let nz = 1.0 - c * (1.0 + s.conic) * z;
+#endif
+        let scale = side * inverseSqrt(nx * nx + ny * ny + nz * nz);
+        let cos1 = scale * (r.dx * nx + r.dy * ny + r.dz * nz);
+        let eta = n1 / n2;
+        let cos2_squared = 1.0 - eta * eta * (1.0 - cos1 * cos1);
+        let cos2 = sqrt(max(vec4f(0.0), cos2_squared));
+        let perpendicular = (eta * cos1 - cos2) / (eta * cos1 + cos2);
+        let parallel = (cos1 - eta * cos2) / (cos1 + eta * cos2);
+        let through = 1.0 - 0.5 * (perpendicular * perpendicular + parallel * parallel);
+        let passes = (discriminant >= vec4f(0.0)) & (x * x + y * y <= vec4f(s.semi_diameter * s.semi_diameter))
+            & (cos2_squared > vec4f(0.0)) & (cos1 > vec4f(0.0));
+        r.weight = select(vec4f(0.0), r.weight * through, passes & (r.weight > vec4f(0.0)));
+#if LENS_ABSORPTION
+        depth += absorption * (to_vertex + t);
+        absorption = spectrum(select(s.front_absorption, s.absorption, to_film), k);
+#endif
+        if (!any(r.weight > vec4f(0.0))) {
+            break;
+        }
+        let bend = scale * (cos2 - eta * cos1);
+        r.dx = eta * r.dx + bend * nx;
+        r.dy = eta * r.dy + bend * ny;
+        r.dz = eta * r.dz + bend * nz;
+        r.ox = x;
+        r.oy = y;
+        r.oz = s.z + z;
+        n1 = n2;
+    }
+#if LENS_ABSORPTION
+    r.weight = select(vec4f(0.0), r.weight * exp(-depth), r.weight > vec4f(0.0));
+#endif
+    return r;
+}
+
+// Bound of the exit pupil at this radius on the film: centre and half extents.
+fn pupil_at(radius: f32) -> vec4f {
+    let x = clamp(radius * params.dual_v.x, 0.0, f32(LENS_BOUNDS - 1u));
+    let i = min(u32(x), LENS_BOUNDS - 2u);
+    let first = LENS_SURFACES * TEXELS_OF_LensSurface;
+    return mix(load_lens(first + i), load_lens(first + i + 1u), x - f32(i));
+}
+
+// A point of the bound for this place of the film.
+fn sample_pupil(film: vec2f, disc: vec2f) -> vec2f {
+    let radius = length(film);
+    let along = select(vec2f(1.0, 0.0), film / radius, radius > 0.0);
+    let bound = pupil_at(radius);
+    let q = vec2f(bound.x + bound.y * disc.x, bound.z * disc.y);
+    return vec2f(along.x * q.x - along.y * q.y, along.y * q.x + along.x * q.y);
+}
+
+// One of the pixels from `low` on, below `high`, whose filter covers `x` (pixels), by its weight; and the sum of their weights.
+struct Chosen {
+    pixel: vec4f,
+    total: vec4f,
+}
+
+fn choose_pixels(x: vec4f, u: f32, low: f32, high: f32) -> Chosen {
+    var chosen = Chosen(vec4f(-1.0), vec4f(0.0));
+    var v = vec4f(u);
+    let reach = ceil(params.filter_reach);
+    for (var step = -reach; step <= reach; step += 1.0) {
+        let p = floor(x) + step;
+        let w = select(vec4f(0.0), filter_weights(x - 0.5 - p), (p >= vec4f(low)) & (p < vec4f(high)));
+        let total = chosen.total + w;
+        // Reservoir of one: keeps p with probability w / total.
+        let keep = (w > vec4f(0.0)) & (v * total < w);
+        chosen.pixel = select(chosen.pixel, p, keep);
+        v = select((v * total - w) / max(total - w, vec4f(1e-20)), v * total / max(w, vec4f(1e-20)), keep);
+        chosen.total = total;
+    }
+    return chosen;
+}
+
+// Where each wavelength of the ray at hand arrives, number of the pixel within the tile or NONE; and what radiance along the ray counts there, but for the
+// density of the ray.
+var<private> landed_pixel: array<vec4u, WAVELENGTHS4>;
+var<private> landed_weight: array<vec4f, WAVELENGTHS4>;
+
+// Brings a ray from before the lens to the film. Returns the density with which camera paths of the tile take it, in the mean over their leading
+// wavelengths, per etendue; times the area of a pixel.
+fn land(o: vec3f, d: vec3f, u: vec2f) -> f32 {
+    let size = vec2f(f32(params.image_width), f32(params.image_height));
+    let low = vec2f(f32(params.tile_x), f32(params.tile_y));
+    let high = low + vec2f(f32(params.tile_width), f32(params.tile_height));
+    let gap = params.dual_u.y - params.dual_u.z;
+    var density = vec4f(0.0);
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        let is_wavelength = vec4u(4u * k, 4u * k + 1u, 4u * k + 2u, 4u * k + 3u) < vec4u(WAVELENGTHS);
+        let r = trace_lens(four_rays(o, d), k, true);
+        let arrives = (r.weight > vec4f(0.0)) & is_wavelength;
+        let to_film = (params.dual_u.y - r.oz) / r.dz;
+        let x = select(vec4f(1e3), r.ox + to_film * r.dx, arrives);
+        let y = select(vec4f(1e3), r.oy + to_film * r.dy, arrives);
+        // The image is upside down.
+        let margin = params.filter_reach + 1.0;
+        let column = clamp((0.5 - 0.5 * x / params.half_extent.x) * size.x, vec4f(low.x - margin), vec4f(high.x + margin));
+        let row = clamp((0.5 + 0.5 * y / params.half_extent.y) * size.y, vec4f(low.y - margin), vec4f(high.y + margin));
+        let columns = choose_pixels(column, u.x, low.x, high.x);
+        let rows = choose_pixels(row, u.y, low.y, high.y);
+        let share = columns.total * rows.total;
+        let lands = arrives & (share > vec4f(0.0));
+        let at = select(vec4f(0.0), (rows.pixel - low.y) * f32(params.tile_width) + columns.pixel - low.x, lands);
+        landed_pixel[k] = select(vec4u(NONE), vec4u(at), lands);
+        landed_weight[k] = select(vec4f(0.0), r.weight * share / params.dual_v.y, lands);
+        // The place in the exit pupil, seen from where it arrives.
+        let to_pupil = (params.dual_u.z - r.oz) / r.dz;
+        let px = r.ox + to_pupil * r.dx;
+        let py = r.oy + to_pupil * r.dy;
+        let radius = sqrt(x * x + y * y);
+        let ax = select(vec4f(1.0), x / radius, radius > vec4f(0.0));
+        let ay = select(vec4f(0.0), y / radius, radius > vec4f(0.0));
+        let bounds = transpose(mat4x4f(pupil_at(radius.x), pupil_at(radius.y), pupil_at(radius.z), pupil_at(radius.w)));
+        let along = (px * ax + py * ay - bounds[0]) / bounds[1];
+        let across = (py * ax - px * ay) / bounds[2];
+        let is_bounded = (bounds[1] > vec4f(0.0)) & (along * along + across * across <= vec4f(1.0));
+        let dz2 = r.dz * r.dz;
+        density += select(vec4f(0.0), share * gap * gap / (dz2 * dz2 * PI * bounds[1] * bounds[2]), lands & is_bounded);
+    }
+    return sum4(density) / f32(WAVELENGTHS);
+}
+
+// A point and a direction of the world in the lens's coordinates, and back.
+fn lens_from_world(v: vec3f) -> vec3f {
+    return vec3f(dot(v, params.axis_x.xyz), dot(v, params.axis_y.xyz), dot(v, params.axis_z.xyz));
+}
+
+fn world_from_lens(v: vec3f) -> vec3f {
+    return v.x * params.axis_x.xyz + v.y * params.axis_y.xyz + v.z * params.axis_z.xyz;
+}
+
+fn lens_point(p: vec3f) -> vec3f {
+    return lens_from_world(p - params.origin.xyz) + vec3f(0.0, 0.0, params.dual_u.x);
+}
+
+fn world_point(p: vec3f) -> vec3f {
+    return params.origin.xyz + world_from_lens(p - vec3f(0.0, 0.0, params.dual_u.x));
+}
+
+// Area of a pixel on the film.
+fn pixel_area() -> f32 {
+    return 4.0 * params.half_extent.x * params.half_extent.y / (f32(params.image_width) * f32(params.image_height));
+}

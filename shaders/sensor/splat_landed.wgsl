@@ -1,0 +1,91 @@
+// Splats of what a lens brings to the film: every wavelength into its own pixel.
+#include "common/math.wgsl"
+#include "common/sampler.wgsl"
+#include "common/spectra.wgsl"
+#include "common/counters.wgsl"
+#include "sensor/lens.wgsl"
+#include "sensor/quanta.wgsl"
+#include "path/state.wgsl"
+#if LIGHT_PATHS
+#if GUIDED
+#include "light/guide.wgsl"
+#endif
+#endif
+
+// Adds `Ld` to the pixels where its wavelengths have landed.
+fn splat_landed() {
+    var total = vec4f(0.0);
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        total += Ld[k] * spectrum(ROW_BIN, k);
+    }
+    let quanta = sum4(total) * params.inverse_quantum;
+    if (!is_finite(quanta)) {
+        atomicAdd(&counters[COUNTER_NOT_FINITE], 1u);
+        return;
+    }
+    // As in `splat`.
+    if (quanta > 0x1p+62 || sum4(total) > LARGEST_SAMPLE) {
+        atomicAdd(&counters[COUNTER_SATURATED], 1u);
+        return;
+    }
+#if LIGHT_PATHS
+#if GUIDED
+    // All count as where the last of them has landed.
+    var place = NONE;
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        let pixel = select(vec4u(NONE), landed_pixel[k], Ld[k] > vec4f(0.0));
+        place = select(place, pixel.x, pixel.x != NONE);
+        place = select(place, pixel.y, pixel.y != NONE);
+        place = select(place, pixel.z, pixel.z != NONE);
+        place = select(place, pixel.w, pixel.w != NONE);
+    }
+    if (place != NONE) {
+        let in_tile = vec2u(place % params.tile_width, place / params.tile_width);
+        add_to_guiding_sample(vec2u(params.tile_x, params.tile_y) + in_tile, sum4(total));
+    }
+#endif
+#endif
+    let u = unit_float(hash(sampler_pixel ^ hash(sampler_index ^ (sampler_dimension << 24u))));
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        let value = Ld[k] * params.inverse_quantum;
+        let in_bin = value * spectrum(ROW_BIN, k);
+        let x = value * spectrum(ROW_X, k) / f32(XYZ_RATIO);
+        let y = value * spectrum(ROW_Y, k) / f32(XYZ_RATIO);
+        let z = value * spectrum(ROW_Z, k) / f32(XYZ_RATIO);
+        for (var i = 0u; i < 16u; i++) {
+            let c = i >> 2u;
+            let channel = i & 3u;
+            let pixels = landed_pixel[k];
+            let pixel = select(select(pixels.x, pixels.y, c == 1u), select(pixels.z, pixels.w, c == 3u), c >= 2u);
+            let of_wavelength = vec4f(component(in_bin, c), component(x, c), component(y, c), component(z, c));
+#if MANY_BINS
+            let bin = wavelength_bins[pass_of_path * WAVELENGTHS + min(4u * k + c, WAVELENGTHS - 1u)];
+#else
+            let bin = 4u * k + c;
+#endif
+            if (pixel != NONE) {
+                let at = pixel * (BINS + 3u) + select(BINS + channel - 1u, bin, channel == 0u);
+                add_quanta(at, component(of_wavelength, channel), u);
+            }
+        }
+    }
+}
+
+#if CAMERA_PATHS
+// Adds a finished sample, of which `li` is the radiance along its ray.
+fn splat_sample() {
+    var all = vec4f(0.0);
+    var least = vec4f(0.0);
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        all += abs(li[k]);
+        least = min(least, li[k]);
+        // Sums of splats are over all light paths.
+        Ld[k] = f32(params.light_paths) * max(li[k], vec4f(0.0));
+    }
+    if (is_finite(sum4(all)) && min(min(least.x, least.y), min(least.z, least.w)) < 0.0) {
+        atomicAdd(&counters[COUNTER_NEGATIVE], 1u);
+        return;
+    }
+    splat_landed();
+}
+#endif

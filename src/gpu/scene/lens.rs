@@ -1,0 +1,46 @@
+//! The lens of a camera as a table: its surfaces, and the bounds of its exit pupil.
+
+use super::rows::{Rows, SpectrumRow};
+use crate::gpu::layout::LensSurface;
+use crate::lens::{LensCamera, Surface};
+use crate::scene::Scene;
+use crate::spectrum::{Ior, Spectrum};
+use bytemuck::cast_slice;
+use glam::Vec4;
+
+/// Its texels, and its sizes as constants of the shaders; nothing where the camera has none.
+pub(super) fn build(scene: &Scene, rows: &mut Rows) -> (Vec<[u32; 4]>, String) {
+    let Some(camera) = scene.sensor.optics() else { return Default::default() };
+    let LensCamera { lens, pupil, .. } = camera;
+    let mut medium = |before: Option<&Surface>| {
+        let glass = before.and_then(|s| s.glass.as_ref());
+        let ior = glass.map_or(Ior::constant(1.0), |g| g.ior.clone());
+        let absorption = glass.and_then(|g| g.absorption.clone()).unwrap_or(Spectrum::Constant(0.0));
+        (rows.add(SpectrumRow::Ior(ior)), rows.spectrum(&absorption))
+    };
+    let mut front = medium(None);
+    let mut texels: Vec<[u32; 4]> = Vec::new();
+    for (surface, z) in lens.surfaces.iter().zip(lens.vertices()) {
+        let behind = medium(Some(surface));
+        let coefficient = |i: usize| surface.aspheric.get(i).copied().unwrap_or(0.0) as f32;
+        let four = |first: usize| Vec4::from_array(std::array::from_fn(|i| coefficient(first + i)));
+        texels.extend_from_slice(cast_slice(&[LensSurface {
+            curvature: surface.curvature() as f32,
+            conic: surface.conic as f32,
+            z: z as f32,
+            semi_diameter: surface.semi_diameter as f32,
+            front_row: front.0,
+            row: behind.0,
+            front_absorption: front.1,
+            absorption: behind.1,
+            low: four(0),
+            high: four(4),
+        }]));
+        front = behind;
+    }
+    let bounds: Vec<Vec4> =
+        pupil.iter().map(|b| Vec4::new(b.center as f32, b.half.x as f32, b.half.y as f32, 0.0)).collect();
+    texels.extend_from_slice(cast_slice(&bounds));
+    let constants = format!("const LENS_SURFACES = {}u;\nconst LENS_BOUNDS = {}u;\n", lens.surfaces.len(), pupil.len());
+    (texels, constants)
+}
