@@ -5,8 +5,8 @@ use super::info::{light_name, sensor_name, summary};
 use super::load::{MemoryArgs, SceneArgs};
 use super::{Done, Outcome, print::out, values};
 use crate::integrator::Plan;
-use crate::scene::{Interior, Material, Scene, advice, initial_interiors, ruling};
-use crate::spectrum::Ior;
+use crate::scene::{Interior, Lens, Material, Scene, advice, initial_interiors, ruling};
+use crate::spectrum::{Ior, LINE_C_NM, LINE_D_NM, LINE_F_NM};
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -126,6 +126,7 @@ fn explain(scene: &Scene, plan: &Plan) -> Vec<String> {
         volumes.push(format!("volume {:?}: {}", interior.name, parts.join(", ")));
     }
     lines.extend(few(volumes, "volumes"));
+    lines.extend(few(scene.lenses.iter().map(lens), "lenses"));
     let panes = scene.materials.iter().filter_map(Material::pane);
     lines.extend(few(panes.map(|ior| format!("thin panes: {}", index(ior, bins.min_nm, bins.max_nm))), "thin panes"));
     if plan.texture_bytes > 0 {
@@ -136,6 +137,15 @@ fn explain(scene: &Scene, plan: &Plan) -> Vec<String> {
         None => "caustics: none to be expected (nothing bends light, or nothing catches what is bent)".into(),
     });
     lines
+}
+
+/// What a lens does near its axis, in air.
+fn lens(lens: &Lens) -> String {
+    let at = [LINE_F_NM, LINE_D_NM, LINE_C_NM].map(|nm| lens.prescription.paraxial(nm));
+    let mm = |metres: f64| format!("{:.3}", 1e3 * lens.scale * metres);
+    let [f, d, c] = at.map(|p| mm(p.focal_length));
+    let (f_number, back) = (at[1].f_number(), mm(at[1].back_focus()));
+    format!("lens {:?}: focal length {f} mm at F, {d} mm at d, {c} mm at C; f/{f_number:.2}, back focus {back} mm at d", lens.name)
 }
 
 fn index(ior: &Ior, lo: f64, hi: f64) -> String {

@@ -7,12 +7,12 @@ use std::path::PathBuf;
 
 const EXAMPLES: &str = "Examples:
   abbe new rainbow && abbe render rainbow.json
-  abbe new tests/lens.json";
+  abbe new tests/lens.json
+  abbe new fan --from lens            five rays through a lens, in smoke";
 
-/// The scene, which ships.
-const STARTER: &str = include_str!("../../scenes/starter.json");
-/// What its name is replaced by the new one.
-const NAME: &str = "\"name\": \"starter\"";
+/// Scenes to start from, which ship, by their names.
+const SCENES: [(&str, &str); 2] =
+    [("starter", include_str!("../../scenes/starter.json")), ("lens", include_str!("../../scenes/lens.json"))];
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -20,6 +20,9 @@ pub struct Args {
     /// Name of the scene, or its file; .json is added where it is missing
     #[arg(value_name = "NAME")]
     name: PathBuf,
+    /// The scene to start from
+    #[arg(long, value_name = "SCENE", default_value = "starter", value_parser = SCENES.map(|(name, _)| name))]
+    from: String,
 }
 
 /// Runs the command.
@@ -36,7 +39,9 @@ pub fn run(args: &Args) -> Outcome {
         }
         _ => Error::file(&path, format!("cannot be written: {e}"), "choose a folder that you may write to"),
     };
-    let text = STARTER.replace(NAME, &format!("\"name\": {}", serde_json::Value::from(name)));
+    let text = SCENES.iter().find(|(known, _)| *known == args.from).map_or("", |(_, text)| text);
+    let named = |name: &str| format!("\"name\": {}", serde_json::Value::from(name));
+    let text = text.replacen(&named(&args.from), &named(&name), 1);
     let mut file = std::fs::File::create_new(&path).map_err(failed)?;
     file.write_all(text.as_bytes()).map_err(failed)?;
     out(&format!("wrote {0}; abbe render {0}", path.display()));

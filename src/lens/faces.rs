@@ -95,12 +95,15 @@ struct Group<'a> {
 impl Group<'_> {
     fn add(&self, mut radius: f64, out: &mut Vec<Piece>) {
         let base = DVec3::Z * self.heights[self.parts[0]];
-        for pair in self.parts.windows(2) {
+        // Twice, as what one piece of glass allows its neighbours may not.
+        for pair in self.parts.windows(2).chain(self.parts.windows(2)) {
             let (before, behind) = (&self.surfaces[pair[0]], &self.surfaces[pair[1]]);
             let before = Surface { thickness: self.heights[pair[1]] - self.heights[pair[0]], ..before.clone() };
             let reach = before.semi_diameter.min(behind.semi_diameter).min(radius);
-            if let Some(r) = crossing(&before, behind, reach) {
-                radius = r;
+            radius = crossing(&before, behind, reach).unwrap_or(radius);
+            if self.ends(pair[0], radius).1 > self.ends(pair[1], radius).1 {
+                // A flat ring would cross the other side.
+                radius = reach;
             }
         }
         for pair in self.parts.windows(2) {
@@ -110,8 +113,7 @@ impl Group<'_> {
                 out.push(Piece { face, glass: Some(pair[0]), finish });
             };
             self.surface(pair[0], front, radius, false, &mut push);
-            let (from, to) = (front.1, back.1.max(front.1));
-            push(LensForm::Edge { from, to, radius }, Finish::Edge);
+            push(LensForm::Edge { from: front.1, to: back.1, radius }, Finish::Edge);
             self.surface(pair[1], back, radius, true, &mut push);
         }
     }
