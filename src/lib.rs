@@ -54,6 +54,7 @@
 //! - [`develop`]: from XYZ to pictures
 //! - [`integrator`]: the GPU's passes, and the plan of what a scene needs of them
 //! - [`output`]: files of spectra and pictures, written and read
+//! - [`denoise`]: noise off what was rendered, spectra kept
 //! - [`compare`]: how far two measurements are apart
 //! - [`reference`](mod@reference): two plain estimators in double precision
 //! - [`validate`]: renders held to answers known from theory
@@ -66,6 +67,7 @@ pub mod channels;
 pub mod cli;
 pub mod color;
 pub mod compare;
+pub mod denoise;
 pub mod develop;
 pub mod error;
 pub mod film;

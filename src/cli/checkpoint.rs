@@ -64,7 +64,7 @@ pub fn beside(exr: &Path) -> PathBuf {
 }
 
 /// Two renders of the same identity give the same bits, if they are of the same share.
-pub fn identity(scene: &Scene, seed: u64, techniques: &TechniqueArgs, device: &str) -> Value {
+pub fn identity(scene: &Scene, seed: u64, techniques: &TechniqueArgs, device: &str, denoise: bool) -> Value {
     let (film, bins) = (&scene.film, &scene.film.bins);
     json!({
         "version": env!("CARGO_PKG_VERSION"),
@@ -76,6 +76,7 @@ pub fn identity(scene: &Scene, seed: u64, techniques: &TechniqueArgs, device: &s
         "seed": seed,
         "techniques": techniques.to_string(),
         "device": device,
+        "set of halves for --aov denoise": if denoise { "kept" } else { "none" },
     })
 }
 

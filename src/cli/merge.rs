@@ -122,7 +122,7 @@ fn merge_shares(args: &Args) -> Outcome {
         png.as_deref(),
         film,
         origin,
-        Aovs { errors: args.errors || errors, ..Aovs::default() },
+        Aovs { errors: args.errors || errors, halves: film.keeps_half(), ..Aovs::default() },
         &PictureSettings::default(),
     )?;
     out(&format!(

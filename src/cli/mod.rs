@@ -9,6 +9,7 @@ mod bench;
 mod check;
 mod checkpoint;
 mod compare;
+mod denoise;
 mod develop;
 mod device;
 mod disk;
@@ -61,6 +62,7 @@ const EXAMPLES: &str = "Examples:
   abbe render scenes/prism.json --time 30s -o p.exr  as good as half a minute allows
   abbe render --resume p.exr                        goes on with a render that was stopped
   abbe develop newton.exr -o n.png --tone agx        another picture of what was rendered
+  abbe render scenes/fog.json --time 30s --denoise   and fog.denoised.exr, without noise
   abbe new my_scene                                 a scene to start from, with comments
   abbe check my_scene.json                          what will it show, and is something wrong?
   abbe info newton.exr                              what is in a file
@@ -90,6 +92,8 @@ enum Command {
     Merge(merge::Args),
     /// Make a picture of a spectral EXR
     Develop(develop::Args),
+    /// Take the noise off a spectral EXR
+    Denoise(denoise::Args),
     /// List the devices that Abbe can render on
     Devices(device::Args),
     /// Say what a scene, glTF or spectral EXR file contains
@@ -127,6 +131,7 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Develop(args) => develop::run(&args),
+        Command::Denoise(args) => denoise::run(&args),
         Command::Devices(args) => device::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Check(args) => check::run(&args),

@@ -8,18 +8,17 @@ use super::picture::PictureArgs;
 use super::preview::{Preview, PreviewArgs};
 use super::print::{self, duration, note, out, percent, si};
 use super::progress::{Bar, Log, Stages};
-use super::{Done, Outcome, device, interrupt, values};
+use super::{Done, Outcome, denoise, device, interrupt, values};
 use crate::color::cie::{is_visible, lacks_for_colour};
-use crate::color::space::Space;
 use crate::develop::picture::{Exposure, PictureSettings};
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::film::aov::albedos;
+use crate::film::aov::{AovBuffers, albedos};
 use crate::integrator::{MOST_HALVINGS, Plan};
 use crate::memory;
 use crate::output::exr::Aovs;
 use crate::output::picture::Precision;
-use crate::output::{Provenance, check_writable, picture_exposure, write_exr, write_picture};
+use crate::output::{Provenance, SpectralImage, check_writable, picture_exposure, write_exr, write_picture};
 use crate::render::{Checkpointable, Ended, Rendering, Share, Stop, Summary};
 use crate::scene::{FilmSettings, Scene, Sensor, Setting, advice_before_rendering};
 use clap::ValueEnum;
@@ -35,6 +34,7 @@ const EXAMPLES: &str = "Examples:
   abbe render scenes/bunny_light.json --time 2m --channels 40
   abbe render scenes/nephroid.json --error 2% --json
   abbe render scenes/newton.json --exposure auto+1 --tone agx
+  abbe render scenes/fog.json --time 30s --denoise  also fog.denoised.exr and .png
   abbe render scenes/bunny_light.json --aov error,depth,normal,albedo
   abbe render scenes/cornell_spheres.json --device reference --size 64x64
   abbe render --resume pool.exr                     goes on with a render that was stopped
@@ -68,9 +68,12 @@ pub struct Args {
     /// Number or part of the name of a device (see 'abbe devices'), or 'reference' for double precision on the CPU
     #[arg(long, value_name = "NAME")]
     device: Option<String>,
-    /// Extra channels in the EXR, with commas between: standard errors; depth, normal and albedo of what is seen first
+    /// Extra channels in the EXR, with commas between: standard errors; depth, normal and albedo of what is seen first; 'denoise' for all that 'abbe denoise' needs, these included
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     aov: Vec<Aov>,
+    /// Also write the picture without noise, as NAME.denoised.exr and .png; with --aov denoise in the EXR
+    #[arg(long)]
+    denoise: bool,
     #[command(flatten)]
     picture: PictureArgs,
     #[command(flatten)]
@@ -93,6 +96,7 @@ enum Aov {
     Depth,
     Normal,
     Albedo,
+    Denoise,
 }
 
 /// Samples of a pixel for depth, normal and albedo.
@@ -135,12 +139,17 @@ impl Args {
             "techniques": self.techniques.json(),
             "device": self.device,
             "aov": self.aov.iter().filter_map(|aov| Some(aov.to_possible_value()?.get_name().to_string())).collect::<Vec<_>>(),
+            "denoise": self.denoise,
             "picture": self.picture.json(),
             "share": self.checkpoint.share.map(|share| [share.number, share.of]),
             "spp": self.stop.spp,
             "seconds": self.stop.time.map(|t| t.as_secs_f64()),
             "error": self.stop.error,
         })
+    }
+
+    fn wants(&self, aov: Aov) -> bool {
+        self.denoise || self.aov.contains(&aov) || self.aov.contains(&Aov::Denoise)
     }
 
     /// The same, and where no scene is named what the render to go on with was asked for.
@@ -180,6 +189,7 @@ impl Args {
             studio: flag("studio"),
         };
         args.checkpoint.share = pair("share").and_then(|(number, of)| Share::new(number, of));
+        args.denoise |= flag("denoise");
         args.picture = self.picture.or_json(&request["picture"]);
         args.seed = request["seed"].as_u64().unwrap_or(0);
         args.techniques = device::TechniqueArgs::of_json(&request["techniques"]);
@@ -205,7 +215,7 @@ pub fn run(args: &Args) -> Outcome {
     let args = &args.completed()?;
     let path = args.path.as_deref().unwrap_or(Path::new(""));
     let (exr, png) = output_paths(args, path)?;
-    let wants_aovs = args.aov.iter().any(|aov| *aov != Aov::Error);
+    let wants_aovs = [Aov::Depth, Aov::Normal, Aov::Albedo].into_iter().any(|aov| args.wants(aov));
     let share = args.checkpoint.share;
     if share.is_some() && wants_aovs {
         return Err(Error::usage(
@@ -218,9 +228,7 @@ pub fn run(args: &Args) -> Outcome {
     let stages = Stages::show(!talkative);
     let mut scene = args.overrides.load(path)?;
     let settings = args.picture.settings();
-    if settings.space == Some(Space::AcesCg) {
-        return Err(Error::usage("ACEScg is for pictures in .exr", "make one with 'abbe develop' of what is rendered"));
-    }
+    settings.check_for_screens()?;
     if let Some(exposure) = settings.exposure {
         scene.film.exposure = if let Exposure::Stops(stops) = exposure { Some(stops) } else { None };
     }
@@ -228,7 +236,11 @@ pub fn run(args: &Args) -> Outcome {
     // A share is a checkpoint, and no picture.
     let png = (is_visible(bins.min_nm, bins.max_nm) && share.is_none()).then_some(png);
     // Before the work, not after it.
-    [Some(&exr), png.as_ref()].into_iter().flatten().try_for_each(|path| check_writable(path, &scene.sources))?;
+    let denoised = args.denoise.then(|| exr.with_extension("denoised.exr"));
+    [Some(&exr), png.as_ref(), denoised.as_ref()]
+        .into_iter()
+        .flatten()
+        .try_for_each(|path| check_writable(path, &scene.sources))?;
     let warnings = if args.quiet { Vec::new() } else { warnings(&scene, args) };
     if talkative {
         let end = if png.is_none() { "; no picture is made" } else { "" };
@@ -240,21 +252,29 @@ pub fn run(args: &Args) -> Outcome {
     }
     let setup = Instant::now();
     let mut rendering = Rendering::of_share(Film::try_new(&scene.film)?, share.unwrap_or(Share::WHOLE));
+    if args.wants(Aov::Denoise) {
+        rendering.film.keep_half();
+    }
     let mut device = device::open(&scene, args.device.as_deref(), args.seed, &args.techniques)?;
     let setup = setup.elapsed();
     drop(stages);
     // What rendering takes is known by now, and what it has found is not to be lost.
     memory::limit(None);
     // Before the work too: what fails here fails at once.
-    let aovs = wants_aovs.then(|| device.integrator.aovs(&albedos(&scene), 0, AOV_SAMPLES)).transpose()?;
+    let mut aovs_of = |index| device.integrator.aovs(&albedos(&scene), index, AOV_SAMPLES);
+    let aovs = match (wants_aovs, args.wants(Aov::Denoise)) {
+        (false, _) => None,
+        (true, false) => Some(aovs_of(0)?),
+        (true, true) => Some(AovBuffers::of_halves(aovs_of(0)?, aovs_of(1)?)),
+    };
 
-    let identity = checkpoint::identity(&scene, args.seed, &args.techniques, &device.name);
+    let identity = checkpoint::identity(&scene, args.seed, &args.techniques, &device.name, args.wants(Aov::Denoise));
     let picture = checkpoint::picture(&scene, device.merging);
     let mut keeper = Keeper::new(&exr, &args.checkpoint, identity, args.request(path), picture)?;
     let integrator = device.integrator.as_mut();
     let mut state = Checkpointable::new(&mut rendering, integrator);
     keeper.resume(&mut state)?;
-    let room = Sizes::new(&scene.film, aov_channels(&args.aov, &scene.film), &keeper, &mut state).check(&exr)?;
+    let room = Sizes::new(&scene.film, aov_channels(args, &scene.film), &keeper, &mut state).check(&exr)?;
 
     interrupt::heed();
     let bar = Bar::new(args.quiet);
@@ -297,16 +317,18 @@ pub fn run(args: &Args) -> Outcome {
     }
     let (stats, seconds) = (rendering.stats, rendering.elapsed.as_secs_f64());
 
+    let mut files = Vec::new();
     // A device may fail after hours: what it had done is written before its error is passed on.
     if rendering.film.batches() > 0 && share.is_none() {
-        let aovs_for = |aov| aovs.as_ref().filter(|_| args.aov.contains(&aov));
+        let aovs_for = |aov| aovs.as_ref().filter(|_| args.wants(aov));
         let aovs = Aovs {
-            errors: args.aov.contains(&Aov::Error),
+            errors: args.wants(Aov::Error),
             depth: aovs_for(Aov::Depth),
             normal: aovs_for(Aov::Normal),
             albedo: aovs_for(Aov::Albedo),
+            halves: args.wants(Aov::Denoise),
         };
-        let origin = Provenance {
+        let mut origin = Provenance {
             scene: scene.name.clone(),
             scene_hash: format!("fnv1a64:{:016x}", scene.source_hash),
             max_depth: scene.max_depth,
@@ -319,11 +341,18 @@ pub fn run(args: &Args) -> Outcome {
             exposure: scene.film.exposure,
             irradiance: sensor_area(&scene.sensor).is_some(),
         };
-        if let Err(failure) = write_files(&exr, png.as_deref(), &rendering.film, origin.clone(), aovs, &settings) {
+        let written = write_files(&exr, png.as_deref(), &rendering.film, origin.clone(), aovs, &settings);
+        if let Err(failure) = written {
             let mut state = Checkpointable::new(&mut rendering, device.integrator.as_mut());
             let elsewhere = disk::keep_elsewhere(&exr, &state.settled().0.film, &origin, aovs);
             let place = elsewhere.or_else(|| keeper.leave(&mut state).ok().flatten().map(Path::to_path_buf));
             return Err(disk::kept(failure, place.as_deref()));
+        }
+        origin.exposure = written.ok();
+        if let Some(denoised) = &denoised {
+            let image = SpectralImage::of_film(&rendering.film, &origin, aovs)
+                .map_err(|problem| Error::usage(problem, "give it bins"))?;
+            files = denoise::write_denoised(&image, &exr, denoised, &settings)?;
         }
     }
     let film = &rendering.film;
@@ -351,6 +380,7 @@ pub fn run(args: &Args) -> Outcome {
         setup,
         exr: share.is_none().then_some(&*exr),
         png: png.as_deref(),
+        denoised: &files,
         share: share.is_some().then(|| checkpoint::beside(&exr)),
     };
     if args.json {
@@ -372,13 +402,17 @@ pub fn run(args: &Args) -> Outcome {
 }
 
 /// Channels that these are in a file.
-fn aov_channels(aovs: &[Aov], film: &FilmSettings) -> u64 {
-    let of = |aov: &Aov| match aov {
-        Aov::Error => u64::from(film.bins.count) + 1,
+fn aov_channels(args: &Args, film: &FilmSettings) -> u64 {
+    let bins = u64::from(film.bins.count);
+    let of = |aov: Aov| match aov {
+        Aov::Error => bins + 1,
         Aov::Depth => 1,
         Aov::Normal | Aov::Albedo => 3,
+        // Halves of these; and another file without them.
+        Aov::Denoise if args.denoise => 2 * (bins + 10) + bins,
+        Aov::Denoise => bins + 10,
     };
-    aovs.iter().map(of).sum()
+    Aov::value_variants().iter().filter(|aov| args.wants(**aov)).map(|aov| of(*aov)).sum()
 }
 
 /// What `abbe check` warns of, as far as it is found at once.
@@ -390,7 +424,7 @@ fn warnings(scene: &Scene, args: &Args) -> Vec<String> {
     warnings
 }
 
-/// Writes a film as a spectral EXR and, where it is visible, a picture, at the exposure that `origin` has or `settings` say.
+/// Writes a film as a spectral EXR and, where it is visible, a picture, at the exposure that `origin` has or `settings` say, which is returned.
 pub fn write_files(
     exr: &Path,
     png: Option<&Path>,
@@ -398,7 +432,7 @@ pub fn write_files(
     mut origin: Provenance,
     aovs: Aovs<'_>,
     settings: &PictureSettings,
-) -> Result<()> {
+) -> Result<f64> {
     let (xyz, bins) = (film.xyz_image(), &film.settings().bins);
     let exposure = origin.exposure.map(Exposure::Stops).or(settings.exposure).unwrap_or_default();
     let exposure = picture_exposure(&xyz, (bins.min_nm, bins.max_nm), exposure);
@@ -407,7 +441,7 @@ pub fn write_files(
     if let Some(png) = png {
         write_picture(png, &xyz, film.settings().width as usize, &settings.development(exposure), Precision::default(), None)?;
     }
-    Ok(())
+    Ok(exposure)
 }
 
 fn output_paths(args: &Args, scene: &Path) -> Result<(PathBuf, PathBuf)> {
@@ -451,6 +485,7 @@ struct Report<'a> {
     setup: Duration,
     exr: Option<&'a Path>,
     png: Option<&'a Path>,
+    denoised: &'a [PathBuf],
     share: Option<PathBuf>,
 }
 
@@ -496,7 +531,8 @@ impl Report<'_> {
         if let Some((watts, lumens)) = self.flux() {
             lines.push(format!("total flux {watts:.6e} W, {lumens:.6e} lm"));
         }
-        let files = [self.exr, self.png, self.share.as_deref()].into_iter().flatten();
+        let files =
+            [self.exr, self.png, self.share.as_deref()].into_iter().flatten().chain(self.denoised.iter().map(PathBuf::as_path));
         lines.push(format!("wrote {}", files.map(|path| path.display().to_string()).collect::<Vec<_>>().join(" and ")));
         lines.join("\n")
     }
@@ -514,6 +550,7 @@ impl Report<'_> {
             "device": self.device.name,
             "exr": self.exr.map(Path::to_string_lossy),
             "png": self.png.map(Path::to_string_lossy),
+            "denoised": self.denoised.iter().map(|path| path.to_string_lossy()).collect::<Vec<_>>(),
             "share": self.share.as_deref().map(Path::to_string_lossy),
             "width": self.scene.film.width,
             "height": self.scene.film.height,

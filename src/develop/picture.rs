@@ -6,6 +6,7 @@ use crate::color::adapt::{self, Method, White};
 use crate::color::cie::{xyz_of_unit, xyz_of_xy};
 use crate::color::convert::{Matrix, apply, multiply};
 use crate::color::space::{D65, Space, Transfer};
+use crate::error::Error;
 use crate::spectrum::library::Observer;
 use rayon::prelude::*;
 
@@ -118,6 +119,19 @@ impl PictureSettings {
             space: self.space.unwrap_or(Space::Srgb),
             gamut: self.gamut.unwrap_or_default(),
             ..Development::default()
+        }
+    }
+
+    /// Refuses, before the work, what is not for pictures of 8 and 16 bits.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a linear space.
+    pub fn check_for_screens(&self) -> crate::Result<()> {
+        match self.space {
+            Some(Space::AcesCg) => {
+                Err(Error::usage("ACEScg is for pictures in .exr", "make one with 'abbe develop' of what is rendered"))
+            }
+            _ => Ok(()),
         }
     }
 

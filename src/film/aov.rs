@@ -14,12 +14,24 @@ pub type Sums = [f32; 8];
 pub struct AovBuffers {
     samples: u32,
     sums: Vec<Sums>,
+    halves: Option<Box<[AovBuffers; 2]>>,
 }
 
 impl AovBuffers {
     /// From the sums over `samples` samples of every pixel.
     pub fn new(samples: u32, sums: Vec<Sums>) -> Self {
-        Self { samples, sums }
+        Self { samples, sums, halves: None }
+    }
+
+    /// From two halves of the samples, whose differences say what is noise.
+    pub fn of_halves(a: AovBuffers, b: AovBuffers) -> Self {
+        let sums = a.sums.iter().zip(&b.sums).map(|(a, b)| std::array::from_fn(|i| a[i] + b[i])).collect();
+        Self { samples: a.samples + b.samples, sums, halves: Some(Box::new([a, b])) }
+    }
+
+    /// Half the difference of what `value` has of the halves; 0 where there are none.
+    pub fn half_difference(&self, value: impl Fn(&AovBuffers) -> f32) -> f32 {
+        self.halves.as_deref().map_or(0.0, |[a, b]| 0.5 * (value(a) - value(b)))
     }
 
     /// Samples of a pixel.

@@ -28,5 +28,9 @@ impl Film {
             self.batches[pixel] += other.batches[pixel];
         }
         self.whole.append(&other.whole);
+        self.half = self.half.take().zip(other.half.as_ref()).map(|(mut half, other)| {
+            half.append(other);
+            half
+        });
     }
 }

@@ -18,6 +18,7 @@
 
 pub mod aov;
 mod errors;
+mod half;
 mod merge;
 mod whole;
 
@@ -28,6 +29,7 @@ use crate::error::{Error, Result};
 use crate::memory;
 use crate::scene::FilmSettings;
 use crate::state::{Persistent, State, invalid};
+use half::Half;
 use rayon::prelude::*;
 use std::io;
 use whole::Whole;
@@ -66,6 +68,7 @@ pub struct Film {
     /// Batches so far, per pixel.
     batches: Vec<u32>,
     whole: Whole,
+    half: Option<Half>,
 }
 
 impl Film {
@@ -81,6 +84,7 @@ impl Film {
             weight: vec![0.0; pixels],
             batches: vec![0; pixels],
             whole: Whole::new(channels),
+            half: None,
         }
     }
 
@@ -134,6 +138,12 @@ impl Film {
         let (first, end) = (tile.x as usize, tile.x as usize + columns);
         let rows = |y: u32| y as usize * width..(y + tile.height) as usize * width;
         let (pixels, values) = (rows(tile.y), rows(tile.y).start * channels..rows(tile.y).end * channels);
+        if let Some(half) = &mut self.half {
+            for (i, sums) in sums.chunks_exact(channels).enumerate() {
+                let pixel = (tile.y as usize + i / columns) * width + first + i % columns;
+                half.add(pixel, self.batches[pixel], sums, w);
+            }
+        }
         let whole = &mut self.whole;
         let (mean, deviation) = (&mut self.mean[values.clone()], &mut self.deviation[values]);
         let (weight, batches) = (&mut self.weight[pixels.clone()], &mut self.batches[pixels]);
@@ -337,7 +347,7 @@ impl Film {
 impl Persistent for Film {
     /// The settings are the request's.
     fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
-        let Film { settings: _, channels: _, mean, deviation, weight, batches, whole } = self;
+        let Film { settings: _, channels, mean, deviation, weight, batches, whole, half } = self;
         state.slice(mean)?;
         state.slice(deviation)?;
         state.slice(weight)?;
@@ -345,7 +355,12 @@ impl Persistent for Film {
         if let Some(many) = batches.iter().find(|n| **n > u32::MAX >> 1) {
             return Err(invalid(format!("{many} batches of a pixel")));
         }
-        whole.persist(state)
+        whole.persist(state)?;
+        let mut keeps_half = half.is_some();
+        state.flag(&mut keeps_half)?;
+        // Who only reads it need not know.
+        *half = if keeps_half { half.take().or_else(|| Some(Half::new(weight.len(), *channels))) } else { None };
+        half.as_mut().map_or(Ok(()), |half| half.persist(state))
     }
 }
 

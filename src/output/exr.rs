@@ -8,7 +8,9 @@
 //! - `XYZ.X`, `XYZ.Y`, `XYZ.Z`: CIE 1931 in cd m^-2 (or lx), accumulated at the sampled wavelengths;
 //! - on request ([`Aovs`]): `error.Y`, the standard error of `XYZ.Y`, and `error.390,000000nm`, that of the bin (see [`Errors`]);
 //! - likewise `depth.Z`, `normal.X` `normal.Y` `normal.Z`, `albedo.R` `albedo.G` `albedo.B`: what rays meet first, as the attributes
-//!   `abbe.depth`, `abbe.normal` and `abbe.albedo` explain.
+//!   `abbe.depth`, `abbe.normal` and `abbe.albedo` explain;
+//! - likewise `half.390,000000nm`, `half.XYZ.Y`, `half.depth.Z` and so on: half the difference of two halves of the samples, for the denoiser
+//!   ([`Film::half_difference`]).
 //!
 //! The attribute `abbe.meanErrors` has the standard error of every bin's mean over the image, bins in increasing order, blanks between, estimated from `abbe.meanGroups` groups of batches: pixels
 //! may share part of their errors, so it does not follow from theirs.
@@ -72,6 +74,8 @@ pub struct Aovs<'a> {
     pub normal: Option<&'a AovBuffers>,
     /// Albedo of these.
     pub albedo: Option<&'a AovBuffers>,
+    /// Half the differences of two halves of the samples, of all of them and of the film.
+    pub halves: bool,
 }
 
 /// Writes `film` as a spectral EXR (lossless ZIP), block by block from the film: no second copy of the picture is held. By a
@@ -121,6 +125,11 @@ pub fn channel_name(centre_nm: f64) -> String {
 /// Name of the channel with a bin's standard error: `error.390,000000nm`.
 pub fn error_channel_name(centre_nm: f64) -> String {
     channel_name(centre_nm).replacen("S0", "error", 1)
+}
+
+/// Name of the channel with half the difference of the halves of `channel`: `half.390,000000nm`, `half.depth.Z`.
+pub fn half_channel_name(channel: &str) -> String {
+    format!("half.{}", channel.strip_prefix("S0.").unwrap_or(channel))
 }
 
 pub(super) fn text(s: &str) -> Text {
@@ -205,6 +214,8 @@ enum Source<'a> {
     Depth(&'a AovBuffers),
     Normal(&'a AovBuffers, usize),
     Albedo(&'a AovBuffers, usize),
+    /// Half the difference of two halves.
+    Half(Box<Source<'a>>),
 }
 
 fn channels<'a>(film: &'a Film, aovs: &Aovs<'a>) -> Vec<(String, Source<'a>)> {
@@ -227,6 +238,16 @@ fn channels<'a>(film: &'a Film, aovs: &Aovs<'a>) -> Vec<(String, Source<'a>)> {
     for i in 0..3 {
         list.extend(aovs.normal.map(|first| (format!("normal.{}", ["X", "Y", "Z"][i]), Source::Normal(first, i))));
         list.extend(aovs.albedo.map(|first| (format!("albedo.{}", ["R", "G", "B"][i]), Source::Albedo(first, i))));
+    }
+    if aovs.halves {
+        let mut half = |name: &str, source| list.push((half_channel_name(name), Source::Half(Box::new(source))));
+        (0..bins).for_each(|b| half(&channel_name(centre(b)), Source::Mean(b)));
+        for i in 0..3 {
+            half(&format!("XYZ.{}", ["X", "Y", "Z"][i]), Source::Mean(bins + i));
+            aovs.normal.into_iter().for_each(|first| half(&format!("normal.{}", ["X", "Y", "Z"][i]), Source::Normal(first, i)));
+            aovs.albedo.into_iter().for_each(|first| half(&format!("albedo.{}", ["R", "G", "B"][i]), Source::Albedo(first, i)));
+        }
+        aovs.depth.into_iter().for_each(|first| half("depth.Z", Source::Depth(first)));
     }
     // The format wants them sorted by their bytes.
     list.sort_by(|a, b| a.0.cmp(&b.0));
@@ -260,13 +281,20 @@ impl<'a> FilmChannels<'a> {
     }
 
     pub fn value(&self, channel: usize, pixel: usize) -> f32 {
-        match self.channels[channel].1 {
-            Source::Depth(first) => first.depth(pixel),
-            Source::Normal(first, i) => first.normal(pixel)[i],
-            Source::Albedo(first, i) => first.albedo(pixel)[i],
-            Source::Mean(channel) => finite(self.film.pixel(pixel)[channel]),
-            Source::Error(ref errors) => errors.standard_error(pixel) as f32,
-            Source::Rgb(c) => preview(self.film.xyz(pixel), self.gain)[c],
+        match &self.channels[channel].1 {
+            &Source::Depth(first) => first.depth(pixel),
+            &Source::Normal(first, i) => first.normal(pixel)[i],
+            &Source::Albedo(first, i) => first.albedo(pixel)[i],
+            Source::Half(of) => match **of {
+                Source::Mean(channel) => finite(self.film.half_difference(pixel, channel)),
+                Source::Depth(first) => first.half_difference(|half| half.depth(pixel)),
+                Source::Normal(first, i) => first.half_difference(|half| half.normal(pixel)[i]),
+                Source::Albedo(first, i) => first.half_difference(|half| half.albedo(pixel)[i]),
+                Source::Error(_) | Source::Rgb(_) | Source::Half(_) => 0.0,
+            },
+            &Source::Mean(channel) => finite(self.film.pixel(pixel)[channel]),
+            Source::Error(errors) => errors.standard_error(pixel) as f32,
+            &Source::Rgb(c) => preview(self.film.xyz(pixel), self.gain)[c],
         }
     }
 }

@@ -65,6 +65,10 @@ impl Role {
         match (["R", "G", "B"].iter().position(|name| *name == channel), channel.split('.').next()) {
             (Some(component), _) => Role::Preview(component),
             (_, Some("S0" | "XYZ")) => Role::Mean,
+            // Weighted sums of independent ones are as good as each.
+            (_, Some("half")) if !["depth", "normal", "albedo"].contains(&channel.split('.').nth(1).unwrap_or_default()) => {
+                Role::Mean
+            }
             (_, Some("error")) => Role::Error,
             _ => Role::First,
         }

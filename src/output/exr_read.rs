@@ -109,8 +109,8 @@ impl SpectralImage {
     pub fn read_with(path: &Path, bands: Option<&Bands>) -> Result<Self> {
         if Checkpoint::is_one(path) {
             let (rendering, provenance, errors) = Checkpoint::open(path)?.rendering()?;
-            let aovs = Aovs { errors, ..Aovs::default() };
-            return Self::of_film(&rendering.film, &provenance, aovs).map_err(|refusal| refusal.of(path));
+            let aovs = Aovs { errors, halves: rendering.film.keeps_half(), ..Aovs::default() };
+            return Self::of_film(&rendering.film, &provenance, aovs).map_err(|problem| not_spectral(problem).of(path));
         }
         open_exr(path, bands)?.read().map_err(|refusal| refusal.of(path))
     }
@@ -121,11 +121,11 @@ impl SpectralImage {
         read.map_err(|refusal| refusal.problem)
     }
 
-    /// What [`super::write_exr`] would write, read again.
-    fn of_film(film: &Film, provenance: &Provenance, aovs: Aovs) -> std::result::Result<Self, Refusal> {
+    /// What [`super::write_exr`] would write, read again; the error says what is wrong.
+    pub fn of_film(film: &Film, provenance: &Provenance, aovs: Aovs) -> std::result::Result<Self, String> {
         let channels = FilmChannels::new(film, provenance, &aovs);
         let names = channels.names();
-        let selection = select(&names, None).ok_or("no bins").map_err(not_spectral)?.map_err(not_spectral)?;
+        let selection = select(&names, None).ok_or("no bins")??;
         let pixels = 0..film.pixels();
         let spectrum = |pixel: usize| selection.channels.iter().map(move |(c, _)| (*c, pixel));
         let data = pixels.clone().flat_map(spectrum).map(|(c, pixel)| channels.value(c, pixel)).collect();

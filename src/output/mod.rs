@@ -2,6 +2,7 @@
 
 mod checkpoint;
 pub mod exr;
+mod exr_image;
 mod exr_merge;
 mod exr_read;
 mod exr_xyz;
@@ -11,6 +12,7 @@ pub mod picture;
 pub use crate::channels::{Band, Bands, Quantity, open_plain};
 pub use checkpoint::{Checkpoint, write_checkpoint};
 pub use exr::{Provenance, write_exr};
+pub use exr_image::write_image;
 pub use exr_merge::{Merged, merge_exrs};
 pub use exr_read::SpectralImage;
 pub use picture::{picture_exposure, write_picture, write_rgb};

@@ -6,6 +6,7 @@ mod check;
 #[cfg(unix)]
 mod checkpoint;
 mod compare;
+mod denoise;
 mod develop;
 mod exr;
 #[cfg(target_os = "linux")]

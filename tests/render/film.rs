@@ -288,3 +288,39 @@ fn errors_stay_finite_whatever_the_film_holds() {
     }
     assert!(film.relative_error() > 0.0 && film.relative_error().is_finite());
 }
+
+#[test]
+fn half_differences_say_what_the_noise_is_and_nothing_of_the_mean() {
+    let mut film = Film::new(&settings(64, 64, 1));
+    film.keep_half();
+    let mut random = Random(11);
+    let values = film.pixels() * film.channels();
+    // Halves of unequal weight: batches of growing size, an odd number of them.
+    for spp in [1, 1, 1, 1, 1, 4, 4, 4, 9] {
+        let sums: Vec<f64> = (0..values).map(|_| (0..spp).map(|_| random.next()).sum()).collect();
+        film.add_batch_f64(&sums, spp);
+    }
+    let samples = f64::from(5 + 12 + 9);
+    let (mut squares, mut products, mut count) = (0.0, 0.0, 0.0);
+    for pixel in 0..film.pixels() {
+        for channel in 0..film.channels() {
+            let (off, half) = (film.pixel(pixel)[channel] - 0.5, film.half_difference(pixel, channel));
+            squares += half * half;
+            // Noise of the mean plus and minus it is independent.
+            products += (off + half) * (off - half);
+            count += 1.0;
+        }
+    }
+    // Uniform samples have variance 1/12; 16384 squares scatter by sqrt(2/16384).
+    close(squares / count, 1.0 / 12.0 / samples, 0.04, "squared half difference");
+    assert!((products / count).abs() < 0.06 / 12.0 / samples, "{}", products / count);
+    // Of two films it is that of all batches.
+    let (mut a, mut b) = (Film::new(&settings(1, 1, 1)), Film::new(&settings(1, 1, 1)));
+    [&mut a, &mut b].into_iter().for_each(Film::keep_half);
+    (0..4).for_each(|_| a.add_batch_f64(&[random.next(); 4], 1));
+    (0..4).for_each(|_| b.add_batch_f64(&[random.next(); 4], 1));
+    let expected = 0.5 * (a.half_difference(0, 0) + b.half_difference(0, 0));
+    a.add_film(&b);
+    close(a.half_difference(0, 0), expected, 1e-4, "half difference of a merged film");
+    assert_eq!(Film::new(&settings(1, 1, 1)).half_difference(0, 0), 0.0);
+}

@@ -1,0 +1,111 @@
+//! The denoiser: it keeps spectra.
+//!
+//! Filters of non-local means and of what is seen ([`kernel`]; Rousselle, Knaus & Zwicker 2012; for features Rousselle, Manzi & Zwicker 2013), by which two
+//! halves of the samples filter each other, in two steps ([`filter`]). Several widths are tried, none among them, and the best is taken everywhere, by errors
+//! estimated from the halves alone ([`select`]; after Bitterli et al. 2016): caustic edges and glints stay as they came where nothing else is like them. The
+//! same estimates, bias included, are the errors that are told of the result.
+//!
+//! Nothing is assumed of how the noise of bins or pixels hangs together: paths share wavelengths, and points at which light is gathered share photons.
+
+pub mod filter;
+pub mod kernel;
+pub mod planes;
+pub mod select;
+
+use crate::color::cie::xyz_of_unit;
+use crate::color::convert::linear_srgb_of_xyz;
+use crate::output::exr::{channel_name, error_channel_name, half_channel_name};
+use crate::output::{Quantity, SpectralImage};
+use crate::spectrum::library::Observer;
+use filter::Noisy;
+use planes::Size;
+
+/// Attribute of what is denoised.
+const DENOISED: &str = "abbe.denoised";
+const XYZ: [&str; 3] = ["XYZ.X", "XYZ.Y", "XYZ.Z"];
+/// What is seen, and whether it is a colour.
+const FEATURES: [(&str, bool); 7] = [
+    ("depth.Z", false),
+    ("normal.X", false),
+    ("normal.Y", false),
+    ("normal.Z", false),
+    ("albedo.R", true),
+    ("albedo.G", true),
+    ("albedo.B", true),
+];
+
+/// What `image`, rendered with `--aov denoise`, is without noise: spectra, X Y Z and the preview at `exposure` stops are filtered, errors are root mean square
+/// errors with their bias, other channels stay, and what only the denoiser needs is left out.
+///
+/// # Errors
+/// Says what is wrong: a channel that is missing, by its name, a value that is not finite, or that it is denoised already.
+pub fn denoise(image: &SpectralImage, exposure: f64) -> Result<SpectralImage, String> {
+    if image.attribute(DENOISED).is_some() {
+        return Err("it is denoised already".to_string());
+    }
+    let filtered = noisy(image)?.filter();
+    let (bins, channels) = (image.bins(), image.bins() + 3);
+    let of = |values: &[f32], c: usize| values.iter().skip(c).step_by(channels).copied().collect::<Vec<f32>>();
+    let gain = exposure.exp2() / xyz_of_unit(Observer::Cie1931)[1];
+    let preview = |c: usize| {
+        let rgb = |v: &[f32]| linear_srgb_of_xyz([v[bins], v[bins + 1], v[bins + 2]].map(|v| f64::from(v) * gain))[c];
+        filtered.mean.chunks_exact(channels).map(|v| rgb(v).clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32).collect()
+    };
+    let error_names: Vec<String> = image.wavelengths_nm.iter().map(|nm| error_channel_name(*nm)).collect();
+    let other = |(name, values): &(String, Vec<f32>)| {
+        let values = match (XYZ.iter().position(|n| n == name), ["R", "G", "B"].iter().position(|n| n == name)) {
+            (Some(i), _) => of(&filtered.mean, bins + i),
+            (_, Some(c)) => preview(c),
+            _ if name == "error.Y" => of(&filtered.error, bins + 1),
+            _ => error_names.iter().position(|n| n == name).map_or_else(|| values.clone(), |b| of(&filtered.error, b)),
+        };
+        (!name.starts_with("half.")).then(|| (name.clone(), values))
+    };
+    let mut attributes = image.attributes.clone();
+    attributes.retain(|(name, _)| name != "EV");
+    attributes.push(("EV".to_string(), (exposure as f32).to_string()));
+    attributes.push((
+        DENOISED.to_string(),
+        "S0, XYZ and RGB are filtered; errors are root mean square errors, bias included".to_string(),
+    ));
+    attributes.sort();
+    let data = filtered.mean.chunks_exact(channels).flat_map(|values| values[..bins].iter().copied()).collect();
+    let mut denoised = image.clone();
+    denoised.others = image.others.iter().filter_map(other).collect();
+    (denoised.data, denoised.attributes) = (data, attributes);
+    Ok(denoised)
+}
+
+/// What the filter takes.
+fn noisy(image: &SpectralImage) -> Result<Noisy, String> {
+    if image.quantity != Quantity::Emissive {
+        return Err("it is a reflectance, which has no noise of rendering".to_string());
+    }
+    let other = |name: &str| image.other(name).ok_or_else(|| format!("it has no {name}, which the denoiser needs"));
+    let half = |name: &str| other(&half_channel_name(name));
+    let bins = || image.wavelengths_nm.iter();
+    let xyz = XYZ.iter().map(|name| other(name)).collect::<Result<Vec<_>, _>>()?;
+    let halves = bins().map(|nm| half(&channel_name(*nm))).chain(XYZ.iter().map(|name| half(name)));
+    let halves = halves.collect::<Result<Vec<_>, _>>()?;
+    let errors = bins().map(|nm| other(&error_channel_name(*nm))).collect::<Result<Vec<_>, _>>()?;
+    let feature = |(name, color): &(&str, bool)| Ok((other(name)?.to_vec(), half(name)?.to_vec(), *color));
+    let features = FEATURES.iter().map(feature).collect::<Result<Vec<_>, String>>()?;
+    let size = Size { width: image.width, height: image.height };
+    let interleaved = |planes: &[&[f32]]| (0..size.pixels()).flat_map(|p| planes.iter().map(move |plane| plane[p])).collect();
+    let noisy = Noisy {
+        size,
+        bins: image.bins(),
+        mean: (0..size.pixels())
+            .flat_map(|p| image.pixel(p).iter().copied().chain(xyz.iter().map(move |plane| plane[p])))
+            .collect(),
+        half: interleaved(&halves),
+        error: (interleaved(&errors), other("error.Y")?.to_vec()),
+        features,
+    };
+    let mut values = noisy.mean.iter().chain(&noisy.half).chain(&noisy.error.0).chain(&noisy.error.1);
+    match values.all(|v| v.is_finite()) {
+        true => Ok(noisy),
+        // So are the errors of a single batch.
+        false => Err("some of its values or errors are not finite; of two batches and more they are".to_string()),
+    }
+}
