@@ -19,7 +19,7 @@ pub struct Access {
 }
 
 /// Of every answer. Nothing is loaded from elsewhere, shown within other pages, told to others or kept.
-fn headers() -> [(header::HeaderName, &'static str); 5] {
+fn answer_headers() -> [(header::HeaderName, &'static str); 5] {
     [
         (header::CONTENT_SECURITY_POLICY, "default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"),
         (header::REFERRER_POLICY, "no-referrer"),
@@ -115,7 +115,7 @@ pub async fn guard(State(access): State<Access>, request: Request, next: Next) -
     } else {
         next.run(request).await
     };
-    for (name, value) in headers() {
+    for (name, value) in answer_headers() {
         response.headers_mut().insert(name, HeaderValue::from_static(value));
     }
     response
