@@ -145,7 +145,10 @@ fn lens(lens: &Lens) -> String {
     let mm = |metres: f64| format!("{:.3}", 1e3 * lens.scale * metres);
     let [f, d, c] = at.map(|p| mm(p.focal_length));
     let (f_number, back) = (at[1].f_number(), mm(at[1].back_focus()));
-    format!("lens {:?}: focal length {f} mm at F, {d} mm at d, {c} mm at C; f/{f_number:.2}, back focus {back} mm at d", lens.name)
+    format!(
+        "lens {:?}: focal length {f} mm at F, {d} mm at d, {c} mm at C; f/{f_number:.2}, back focus {back} mm at d",
+        lens.name
+    )
 }
 
 fn index(ior: &Ior, lo: f64, hi: f64) -> String {

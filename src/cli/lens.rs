@@ -68,10 +68,21 @@ fn text(lens: &Prescription, figures: &Figures) -> Result<String> {
         format!("  back focus        {}", of_lines(&|i| figures.paraxial[i].back_focus())),
         format!("  principal planes  front {} mm, rear {} mm behind the first vertex", mm(front), mm(rear)),
         format!("  f-number          {:.3}; the stop is surface {}", d.f_number(), d.stop),
-        format!("  entrance pupil    {} mm behind the first vertex, {} mm wide", mm(d.entrance_pupil.0), mm(2.0 * d.entrance_pupil.1.abs())),
-        format!("  exit pupil        {} mm behind the last vertex, {} mm wide", mm(d.exit_pupil.0 - d.last_vertex), mm(2.0 * d.exit_pupil.1.abs())),
+        format!(
+            "  entrance pupil    {} mm behind the first vertex, {} mm wide",
+            mm(d.entrance_pupil.0),
+            mm(2.0 * d.entrance_pupil.1.abs())
+        ),
+        format!(
+            "  exit pupil        {} mm behind the last vertex, {} mm wide",
+            mm(d.exit_pupil.0 - d.last_vertex),
+            mm(2.0 * d.exit_pupil.1.abs())
+        ),
         format!("  longitudinal colour  F - C {} mm", mm(figures.paraxial[0].rear_focus - figures.paraxial[2].rear_focus)),
-        format!("  film              {} mm behind the last vertex: the smallest spot on the axis at d", mm(figures.film_z - d.last_vertex)),
+        format!(
+            "  film              {} mm behind the last vertex: the smallest spot on the axis at d",
+            mm(figures.film_z - d.last_vertex)
+        ),
         "  field    height mm   spot um rms   lateral colour um   distortion   vignetting   transmission".to_string(),
     ];
     lines.extend(figures.fields.iter().map(|f| {
@@ -145,12 +156,26 @@ fn svg(lens: &Prescription, figures: &Figures) -> String {
     let reach = figures.fields.iter().map(extent).fold(1e-7, f64::max);
     let name: String = lens.name.replace('&', "&amp;").replace('<', "&lt;");
     // Writing to a string cannot fail.
-    let _ = writeln!(svg, r#"<svg xmlns="http://www.w3.org/2000/svg" width="820" height="510" viewBox="0 0 820 510" font-family="sans-serif" font-size="13"><rect width="820" height="510" fill="white"/>"#);
-    let _ = writeln!(svg, r#"<text x="20" y="24" font-size="16">{name}</text><text x="800" y="24" text-anchor="end">boxes {:.1} um wide</text>"#, 2e6 * reach);
+    let _ = writeln!(
+        svg,
+        r#"<svg xmlns="http://www.w3.org/2000/svg" width="820" height="510" viewBox="0 0 820 510" font-family="sans-serif" font-size="13"><rect width="820" height="510" fill="white"/>"#
+    );
+    let _ = writeln!(
+        svg,
+        r#"<text x="20" y="24" font-size="16">{name}</text><text x="800" y="24" text-anchor="end">boxes {:.1} um wide</text>"#,
+        2e6 * reach
+    );
     for (i, field) in figures.fields.iter().enumerate() {
         let (x, y) = (10.0 + 202.0 * i as f64, 36.0);
         let _ = writeln!(svg, r##"<rect x="{x}" y="{y}" width="{SIDE}" height="{SIDE}" fill="none" stroke="#888"/>"##);
-        let _ = writeln!(svg, r#"<text x="{}" y="{}" text-anchor="middle">{:.2} deg, {:.1} um rms</text>"#, x + 0.5 * SIDE, y + SIDE + 18.0, field.angle.to_degrees(), 1e6 * field.rms);
+        let _ = writeln!(
+            svg,
+            r#"<text x="{}" y="{}" text-anchor="middle">{:.2} deg, {:.1} um rms</text>"#,
+            x + 0.5 * SIDE,
+            y + SIDE + 18.0,
+            field.angle.to_degrees(),
+            1e6 * field.rms
+        );
         for ((_, color), spot) in LINES.iter().zip(&field.spots) {
             let _ = write!(svg, r#"<g fill="{color}">"#);
             for p in spot {
@@ -164,15 +189,33 @@ fn svg(lens: &Prescription, figures: &Figures) -> String {
     let (lo, hi) = figures.focus_shift.iter().fold((0.0f64, 0.0f64), |(lo, hi), (_, s)| (lo.min(*s), hi.max(*s)));
     let span = (hi - lo).max(1e-9);
     let _ = writeln!(svg, r##"<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="none" stroke="#888"/>"##);
-    let place = |&(nm, shift): &(f64, f64)| format!("{:.1},{:.1}", left + width * (nm - 400.0) / 300.0, top + height * (hi - shift) / span);
+    let place = |&(nm, shift): &(f64, f64)| {
+        format!("{:.1},{:.1}", left + width * (nm - 400.0) / 300.0, top + height * (hi - shift) / span)
+    };
     let points: Vec<String> = figures.focus_shift.iter().map(place).collect();
     let _ = writeln!(svg, r#"<polyline points="{}" fill="none" stroke="black" stroke-width="1.5"/>"#, points.join(" "));
     for nm in [400.0, 500.0, 600.0, 700.0] {
-        let _ = writeln!(svg, r#"<text x="{}" y="{}" text-anchor="middle">{nm}</text>"#, left + width * (nm - 400.0) / 300.0, top + height + 18.0);
+        let _ = writeln!(
+            svg,
+            r#"<text x="{}" y="{}" text-anchor="middle">{nm}</text>"#,
+            left + width * (nm - 400.0) / 300.0,
+            top + height + 18.0
+        );
     }
     for shift in [hi, lo] {
-        let _ = writeln!(svg, r#"<text x="{}" y="{}" text-anchor="end">{}</text>"#, left - 6.0, top + height * (hi - shift) / span + 4.0, mm(shift));
+        let _ = writeln!(
+            svg,
+            r#"<text x="{}" y="{}" text-anchor="end">{}</text>"#,
+            left - 6.0,
+            top + height * (hi - shift) / span + 4.0,
+            mm(shift)
+        );
     }
-    let _ = writeln!(svg, r#"<text x="{}" y="{}" text-anchor="middle">focal shift from d in mm over the wavelength in nm</text></svg>"#, left + 0.5 * width, top + height + 38.0);
+    let _ = writeln!(
+        svg,
+        r#"<text x="{}" y="{}" text-anchor="middle">focal shift from d in mm over the wavelength in nm</text></svg>"#,
+        left + 0.5 * width,
+        top + height + 38.0
+    );
     svg
 }

@@ -5,6 +5,7 @@ use super::load::{MemoryArgs, Overrides};
 use super::print::{note, out};
 use super::render::write_files;
 use super::{Done, Outcome, interrupt, values};
+use crate::develop::picture::PictureSettings;
 use crate::error::Error;
 use crate::memory;
 use crate::output::check_writable;
@@ -124,7 +125,8 @@ pub fn run(args: &Args) -> Outcome {
         match film {
             Some(film) => {
                 let png = output.with_extension("png");
-                write_files(output, Some(&png), &film, provenance, Aovs { errors: film.batches() > 1, ..Aovs::default() })?;
+                let aovs = Aovs { errors: film.batches() > 1, ..Aovs::default() };
+                write_files(output, Some(&png), &film, provenance, aovs, &PictureSettings::default())?;
                 out(&format!(
                     "wrote {} and {} with {} samples per pixel",
                     output.display(),

@@ -216,7 +216,11 @@ impl LensFace {
                             t = 0.5 * (lo + hi);
                         }
                         let off = gap(t);
-                        if (off < 0.0) == below { lo = t } else { hi = t }
+                        if (off < 0.0) == below {
+                            lo = t
+                        } else {
+                            hi = t
+                        }
                         t -= off / rate(t);
                     }
                     t.max(from).min(to)
@@ -365,9 +369,7 @@ impl LensFace {
             LensForm::Annulus { height, inner, outer, is_upper } => {
                 LensForm::Annulus { height: height * scale, inner: inner * scale, outer: outer * scale, is_upper }
             }
-            LensForm::Edge { from, to, radius } => {
-                LensForm::Edge { from: from * scale, to: to * scale, radius: radius * scale }
-            }
+            LensForm::Edge { from, to, radius } => LensForm::Edge { from: from * scale, to: to * scale, radius: radius * scale },
         };
         LensFace { base: point(self.base), axis: direction(self.axis), form }
     }

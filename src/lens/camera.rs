@@ -97,11 +97,8 @@ impl LensCamera {
             return fail(problem, "use a lens that converges, and a focus_distance beyond its focal length");
         }
         let front_rim = lens.surfaces[0].sag(lens.surfaces[0].semi_diameter);
-        let magnification = if object_z.is_finite() {
-            paraxial.focal_length / (object_z - paraxial.front_focus).abs()
-        } else {
-            0.0
-        };
+        let magnification =
+            if object_z.is_finite() { paraxial.focal_length / (object_z - paraxial.front_focus).abs() } else { 0.0 };
         let tan_half_vfov = if magnification > 0.0 {
             0.5 * setting.film.y / (magnification * setting.focus_distance)
         } else {
@@ -140,9 +137,8 @@ impl LensCamera {
 
     /// Bounds of the exit pupil from grids of rays, first over the last surface, then over what of it lets light through.
     fn bound_pupils(&mut self, (lo, hi): (f64, f64)) {
-        let tracers: Vec<Tracer> = (0..WAVELENGTHS)
-            .map(|i| Tracer::new(&self.lens, lo + (hi - lo) * i as f64 / (WAVELENGTHS - 1) as f64))
-            .collect();
+        let tracers: Vec<Tracer> =
+            (0..WAVELENGTHS).map(|i| Tracer::new(&self.lens, lo + (hi - lo) * i as f64 / (WAVELENGTHS - 1) as f64)).collect();
         let last = &self.lens.surfaces[self.lens.surfaces.len() - 1];
         // Light that grazes the rim of a surface that is hollow towards the film crosses the plane of its vertex further out.
         let widest = last.semi_diameter * (1.0 + last.sag(last.semi_diameter).abs() / (self.film_z - self.pupil_z)) * 1.5;

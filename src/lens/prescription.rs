@@ -101,7 +101,10 @@ impl Prescription {
             let gap = |j: u32| a.thickness + b.sag(edge * f64::from(j) / 16.0) - a.sag(edge * f64::from(j) / 16.0);
             let least = (1..=16).map(gap).fold(f64::INFINITY, f64::min);
             (least < -1e-9 * edge).then(|| {
-                format!("surfaces {i} and {} of the lens cross within its diameter; use a greater thickness or a smaller one", i + 1)
+                format!(
+                    "surfaces {i} and {} of the lens cross within its diameter; use a greater thickness or a smaller one",
+                    i + 1
+                )
             })
         };
         self.surfaces.windows(2).enumerate().filter_map(crossing).collect()

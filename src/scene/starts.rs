@@ -41,9 +41,19 @@ struct Patch {
 
 enum Form {
     Point(DVec3),
-    Flat { normal: DVec3, points: [DVec3; 4] },
-    Sphere { center: DVec3, radius: f64 },
-    Cylinder { base: DVec3, axis: DVec3, radius: f64 },
+    Flat {
+        normal: DVec3,
+        points: [DVec3; 4],
+    },
+    Sphere {
+        center: DVec3,
+        radius: f64,
+    },
+    Cylinder {
+        base: DVec3,
+        axis: DVec3,
+        radius: f64,
+    },
     /// Somewhere in its box.
     Any,
 }

@@ -307,7 +307,7 @@ fn camera_json(scene: &Scene) -> Value {
         point(*eye - backward * if along.is_finite() && along > 1e-6 { along } else { else_by })
     };
     match &scene.sensor {
-        Sensor::Perspective { eye, frame, tan_half_vfov, lens_radius, focus_distance } => {
+        Sensor::Perspective { eye, frame, tan_half_vfov, lens_radius, focus_distance, .. } => {
             let mut camera = json!({
                 "eye": point(*eye),
                 "target": target(eye, frame.z_axis, *focus_distance),

@@ -143,7 +143,12 @@ fn exr(film: &crate::film::Film, picture: &Picture) -> crate::Result<Vec<u8>> {
     let mut origin = picture.provenance.clone();
     origin.exposure = origin.exposure.or_else(|| Some(auto_exposure(&film.xyz_image(), Observer::Cie1931, AUTO_SHARE)));
     let aovs = picture.aovs.as_deref();
-    let written = write_exr(&path, film, &origin, Aovs { errors: film.batches() > 1, depth: aovs, normal: aovs, albedo: aovs });
+    let written = write_exr(
+        &path,
+        film,
+        &origin,
+        Aovs { errors: film.batches() > 1, depth: aovs, normal: aovs, albedo: aovs, ..Aovs::default() },
+    );
     let read = written.and_then(|()| std::fs::read(&path).map_err(|e| crate::Error::file(&path, e, "try again")));
     // It is in nobody's way if it cannot be removed.
     let _ = std::fs::remove_file(&path);

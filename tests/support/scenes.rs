@@ -77,7 +77,7 @@ pub fn look_at(eye: DVec3, target: DVec3) -> DMat3 {
 }
 
 pub fn pinhole(eye: DVec3, target: DVec3, tan_half_vfov: f64) -> Sensor {
-    Sensor::Perspective { eye, frame: look_at(eye, target), tan_half_vfov, lens_radius: 0.0, focus_distance: 1.0 }
+    Sensor::Perspective { eye, frame: look_at(eye, target), tan_half_vfov, lens_radius: 0.0, focus_distance: 1.0, optics: None }
 }
 
 pub fn orthographic(eye: DVec3, target: DVec3, height: f64) -> Sensor {

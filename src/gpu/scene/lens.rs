@@ -38,8 +38,7 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows) -> (Vec<[u32; 4]>, String) {
         }]));
         front = behind;
     }
-    let bounds: Vec<Vec4> =
-        pupil.iter().map(|b| Vec4::new(b.center as f32, b.half.x as f32, b.half.y as f32, 0.0)).collect();
+    let bounds: Vec<Vec4> = pupil.iter().map(|b| Vec4::new(b.center as f32, b.half.x as f32, b.half.y as f32, 0.0)).collect();
     texels.extend_from_slice(cast_slice(&bounds));
     let constants = format!("const LENS_SURFACES = {}u;\nconst LENS_BOUNDS = {}u;\n", lens.surfaces.len(), pupil.len());
     (texels, constants)

@@ -51,7 +51,16 @@ impl Primitive {
             normals => Some(at.map(|i| normals[i].as_vec3())),
         };
         let is_mapped = !mesh.uvs.is_empty();
-        Primitive { kind: layout::PRIMITIVE_TRIANGLE, material, light, rows: corners.map(local), normals, tangents, is_mapped, face: None }
+        Primitive {
+            kind: layout::PRIMITIVE_TRIANGLE,
+            material,
+            light,
+            rows: corners.map(local),
+            normals,
+            tangents,
+            is_mapped,
+            face: None,
+        }
     }
 
     /// What sets it apart from others; none for what counts however often it is there.

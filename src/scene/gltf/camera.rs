@@ -13,7 +13,8 @@ pub(in crate::scene) fn sensor(node: &Node, world: &DMat4) -> Result<(Sensor, Op
     if let Some(perspective) = node.get("perspective") {
         let half = 0.5 * perspective.need("yfov")?.within(1e-6, 3.13)?;
         let aspect = perspective.get("aspectRatio").map(|a| a.within(1e-3, 1e3)).transpose()?;
-        let sensor = Sensor::Perspective { eye, frame, tan_half_vfov: half.tan(), lens_radius: 0.0, focus_distance: 1.0, optics: None };
+        let sensor =
+            Sensor::Perspective { eye, frame, tan_half_vfov: half.tan(), lens_radius: 0.0, focus_distance: 1.0, optics: None };
         return Ok((sensor, aspect));
     }
     let orthographic = node.need("orthographic")?;

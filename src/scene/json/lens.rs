@@ -98,9 +98,11 @@ fn surfaces(node: &Node, reader: &SpectrumReader) -> Result<Prescription> {
         Some(unit) => {
             let word = unit.string()?;
             let names = UNITS.iter().map(|(name, _)| *name);
-            UNITS.iter().find(|(name, _)| *name == word).map(|(_, metres)| *metres).ok_or_else(|| {
-                unit.fail(format!("{} is no unit of length", quoted(word)), suggest(word, names))
-            })?
+            UNITS
+                .iter()
+                .find(|(name, _)| *name == word)
+                .map(|(_, metres)| *metres)
+                .ok_or_else(|| unit.fail(format!("{} is no unit of length", quoted(word)), suggest(word, names)))?
         }
     };
     for text in ["name", "source"].iter().filter_map(|key| node.get(key)) {
@@ -115,7 +117,8 @@ fn surfaces(node: &Node, reader: &SpectrumReader) -> Result<Prescription> {
         let aspheric = at.get("aspheric").map_or(Ok(Vec::new()), |n| n.array(0))?;
         let in_metres = |(i, a): (usize, &Node)| a.number().map(|a| a * unit.powi(1 - 2 * (i as i32 + 1)));
         let own = at.get("diameter").map(|n| n.positive()).transpose()?.or(diameter);
-        let own = own.ok_or_else(|| at.fail("the surface has no diameter", "add \"diameter\" here, or for all beside \"surfaces\""))?;
+        let own =
+            own.ok_or_else(|| at.fail("the surface has no diameter", "add \"diameter\" here, or for all beside \"surfaces\""))?;
         Ok(Surface {
             radius: unit * radius,
             conic: at.get("conic").map_or(Ok(0.0), |n| n.number())?,
@@ -167,7 +170,12 @@ pub(in crate::scene) fn camera(inner: &Node, film: &FilmSettings, reader: &Spect
     if (width / height / pixels - 1.0).abs() > SQUARE {
         return Err(size.fail(
             format!("a film of {width} by {height} m has no square pixels in a picture of {} by {}", film.width, film.height),
-            format!("make the picture {} by {}, or the film [{width}, {}]", film.width, (f64::from(film.width) * height / width).round(), width / pixels),
+            format!(
+                "make the picture {} by {}, or the film [{width}, {}]",
+                film.width,
+                (f64::from(film.width) * height / width).round(),
+                width / pixels
+            ),
         ));
     }
     let setting = Setting {

@@ -24,7 +24,8 @@ const MOST_VISITS: u32 = 1_000_000;
 pub(in crate::scene) const MOST_TRIANGLES: usize = 20_000_000;
 
 /// Units of length, m.
-pub(in crate::scene) const UNITS: &[(&str, f64)] = &[("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("um", 1e-6), ("in", 0.0254), ("ft", 0.3048)];
+pub(in crate::scene) const UNITS: &[(&str, f64)] =
+    &[("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("um", 1e-6), ("in", 0.0254), ("ft", 0.3048)];
 
 impl Loader {
     /// Reads `shapes`, with `groups` to take instances from.

@@ -101,7 +101,10 @@ pub fn apply(m: &DMat4, geometry: &Geometry) -> std::result::Result<(Geometry, u
     let linear = DMat3::from_mat4(*m);
     let round = || {
         similarity(&linear).ok_or_else(|| {
-            ("a sphere, disc, cylinder or lens cannot be scaled unevenly".to_string(), "scale it evenly, or use a mesh".to_string())
+            (
+                "a sphere, disc, cylinder or lens cannot be scaled unevenly".to_string(),
+                "scale it evenly, or use a mesh".to_string(),
+            )
         })
     };
     let direction = |d: DVec3| (linear * d).normalize();

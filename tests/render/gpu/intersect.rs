@@ -2,11 +2,11 @@
 
 use super::support::*;
 use crate::adapter;
+use abbe::geometry::{LensFace, LensForm, Profile};
 use abbe::gpu::layout::Params;
 use abbe::gpu::scene::GpuScene;
 use abbe::gpu::{Gpu, Resource};
 use abbe::integrator::{Plan, Techniques};
-use abbe::geometry::{LensFace, LensForm, Profile};
 use abbe::scene::{Geometry, Instance, Mesh, Scene, Shape};
 use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4, dvec3};
 use serde_json::json;
