@@ -52,6 +52,8 @@ const CORPUS: &[(&str, Kind)] = &[
     ("tests/data/scenes/glass.gltf", Kind::Gltf),
     ("tests/data/scenes/blender.glb", Kind::Gltf),
     ("tests/data/scenes/bumpy.gltf", Kind::Gltf),
+    ("tests/data/scenes/draco.glb", Kind::Gltf),
+    ("tests/data/scenes/meshopt.glb", Kind::Gltf),
     ("tests/data/scenes/sky.png", Kind::Environment),
     ("tests/data/scenes/sky.png", Kind::Texture),
     ("tests/data/scenes/pictures/profile.png", Kind::Texture),
@@ -78,6 +80,8 @@ const DOCUMENTS: &[&str] = &[
     "tests/data/scenes/glass.gltf",
     "tests/data/scenes/blender.glb",
     "tests/data/scenes/bumpy.gltf",
+    "tests/data/scenes/draco.glb",
+    "tests/data/scenes/meshopt.glb",
     "tests/data/scenes/everything.gltf",
 ];
 

@@ -2,7 +2,7 @@
 //! those of nodes, meshes, skins, accessors and samplers are used, all else is read from the JSON.
 
 use crate::error::{Error, Result};
-use crate::scene::gltf::{check, extensions, uri};
+use crate::scene::gltf::{check, compression, extensions, uri};
 use crate::scene::json::files::Files;
 use crate::scene::json::{Node, parse};
 use gltf::binary::{self, Glb};
@@ -48,10 +48,11 @@ impl Asset {
         check::version(&root)?;
         extensions::check_required(&root)?;
         check::document(&root)?;
-        let buffers = buffers(&root, chunk.map(|_| bytes), files)?;
+        let mut buffers = buffers(&root, chunk.map(|_| bytes), files)?;
         for buffer in json.get_mut("buffers").and_then(Value::as_array_mut).into_iter().flatten() {
             buffer.as_object_mut().and_then(|b| b.remove("uri"));
         }
+        compression::undo(&mut json, &mut buffers, path)?;
         let gltf = document(&Node::root(&json, path))?;
         Ok(Asset { json, gltf, buffers })
     }
@@ -107,7 +108,11 @@ fn split<'b>(path: &Path, bytes: &'b [u8]) -> Result<(&'b [u8], Option<std::ops:
 fn buffers(root: &Node, mut chunk: Option<Vec<u8>>, files: &Files) -> Result<Vec<Option<Vec<u8>>>> {
     let mut buffers = Vec::new();
     for (i, node) in root.get("buffers").map_or(Ok(Vec::new()), |n| n.array(0))?.iter().enumerate() {
-        let data = match node.get("uri") {
+        // What is to stand in for compressed data is not needed.
+        let extensions = node.get("extensions");
+        let is_fallback =
+            |name: &&str| extensions.as_ref().is_some_and(|e| e.get(name).is_some_and(|n| n.get("fallback").is_some()));
+        let data = match node.get("uri").filter(|_| !compression::MESHOPT.iter().any(is_fallback)) {
             Some(uri) => Some(uri::read(&uri, files)?),
             None if i == 0 => chunk.take(),
             None => None,

@@ -16,10 +16,12 @@ pub(in crate::scene) enum Fate {
 use Fate::{Harmless, Read, Unread};
 
 const PNG: &str = "export its pictures as PNG or JPEG";
-const PLAIN: &str = "export it without compression";
 
 /// All extensions that Abbe knows: the name, what it stands for, and what becomes of it.
 pub(in crate::scene) const EXTENSIONS: &[(&str, &str, Fate)] = &[
+    ("KHR_draco_mesh_compression", "meshes compressed by Draco", Read),
+    ("EXT_meshopt_compression", "buffers compressed by meshoptimizer", Read),
+    ("KHR_meshopt_compression", "buffers compressed by meshoptimizer", Read),
     ("KHR_lights_punctual", "point, spot and directional lights", Read),
     ("KHR_materials_anisotropy", "brushed metal", Read),
     ("KHR_materials_clearcoat", "clear coats", Read),
@@ -57,9 +59,6 @@ pub(in crate::scene) const EXTENSIONS: &[(&str, &str, Fate)] = &[
     ("MSFT_screencoverage", "levels of detail", Harmless),
     ("MSFT_packing_normalRoughnessMetallic", "other packings of the same pictures", Harmless),
     ("MSFT_packing_occlusionRoughnessMetallic", "other packings of the same pictures", Harmless),
-    ("KHR_draco_mesh_compression", "meshes compressed by Draco", Unread(PLAIN)),
-    ("EXT_meshopt_compression", "buffers compressed by meshoptimizer", Unread(PLAIN)),
-    ("KHR_meshopt_compression", "buffers compressed by meshoptimizer", Unread(PLAIN)),
     ("KHR_texture_basisu", "pictures in KTX2", Unread(PNG)),
     ("EXT_texture_avif", "pictures in AVIF", Unread(PNG)),
     ("MSFT_texture_dds", "pictures in DDS", Unread(PNG)),

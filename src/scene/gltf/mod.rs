@@ -3,12 +3,14 @@
 mod accessor;
 mod camera;
 mod check;
+mod compression;
 mod document;
 mod extensions;
 mod included;
 mod light;
 mod material;
 mod mesh;
+mod meshopt;
 mod node;
 mod overrides;
 mod pose;
