@@ -48,6 +48,7 @@ struct Bsdf {
     coat_row: Spectrum, // where this is among the rows of its energy table
     coat_entered: Spectrum, // what it lets in of the path
     coat_mean: Spectrum, // what it lets in of uniform light
+    coat_is_seen: bool, // the colour of paint under it is the one that is seen
 #endif
 #if SHEEN
     sheen: u32, // the sheen over all of it, or NONE

@@ -77,7 +77,7 @@ fn if_coated(b: ptr<function, Bsdf>, factor: vec4f) -> vec4f {
 #if DIFFUSE
 // Reflectance of paint of reflectance `rho` but for the ways in and out.
 fn under_coat(b: ptr<function, Bsdf>, rho: vec4f, k: u32) -> vec4f {
-    let n2 = (*b).coat_eta[k] * (*b).coat_eta[k];
+    let n2 = select((*b).coat_eta[k] * (*b).coat_eta[k], (*b).coat_mean[k], (*b).coat_is_seen);
     return rho * if_coated(b, 1.0 / (n2 - rho * (n2 - (*b).coat_mean[k])));
 }
 #endif
@@ -94,6 +94,7 @@ fn mirror_under_coat(b: ptr<function, Bsdf>, r: vec4f, out: vec4f, k: u32) -> ve
 fn choose_coat(b: ptr<function, Bsdf>, above: ptr<function, Spectrum>, mu: f32, u: f32) -> bool {
     let m = load_Material((*b).coat);
     look_at_coat(b, m);
+    (*b).coat_is_seen = m.c != 0u;
     (*b).coat_entered = transmittance_of_coat(b, m, mu);
     (*b).coat_mean = coat_column(b, m.table + ENERGY_ETA * ENERGY_MU, 1u, 0.0);
     var carried = vec4f(0.0);

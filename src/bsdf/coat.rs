@@ -5,7 +5,8 @@
 //!
 //! - over a diffuse base of reflectance `rho` light forgets between bounces where it came from, and the sum is exact,
 //!   `f = T(mu_i) T(mu_o) rho / (pi (n^2 - rho (n^2 - T_avg)))` with `T_avg = 2 int T mu dmu`, since from below the share `T_avg / n^2` of diffuse light
-//!   gets out (Saunderson 1942; with the `T` of a rough interface it is the coupling of Kelemen & Szirmay-Kalos 2001);
+//!   gets out (Saunderson 1942; with the `T` of a rough interface it is the coupling of Kelemen & Szirmay-Kalos 2001). Where `rho` is not the paint's own
+//!   colour but the one that is seen, what the interface sends down is a part of it already: `f = T(mu_i) T(mu_o) rho / (pi T_avg)`;
 //! - over a mirror of reflectance `r` it is `T(mu_i) T(mu_o) r / (1 - r + r max(T(mu_i), T(mu_o)))`, exact where both angles are the same.
 //!
 //! Both are reciprocal and never make light: a white base and a coat together reflect `1 - T + T = 1` (a rough mirror less).
@@ -21,6 +22,8 @@ pub struct Coat<'a> {
     pub eta: f64,
     /// GGX width and its [`EnergyTable::coat`]; none for a smooth coat.
     pub rough: Option<(f64, &'a EnergyTable)>,
+    /// Is the colour of paint under it the one that is seen?
+    pub seen: bool,
 }
 
 impl Coat<'_> {
@@ -42,15 +45,9 @@ impl Coat<'_> {
 
     /// What takes the place of the reflectance `rho` of a diffuse base, for light in and out at these cosines.
     pub fn over_diffuse(&self, rho: f64, mu_i: f64, mu_o: f64) -> f64 {
-        let n2 = self.eta * self.eta;
-        self.transmittance(mu_i) * self.transmittance(mu_o) * rho / (n2 - rho * (n2 - self.mean_transmittance()))
-    }
-
-    /// The reflectance of a diffuse base that sends as much uniform light through the coat as one of reflectance `seen` would without reflections from below:
-    /// Saunderson's formula solved for `rho`. From 0 to 1, like `seen`.
-    pub fn paint_of(&self, seen: f64) -> f64 {
-        let (n2, t) = (self.eta * self.eta, self.mean_transmittance());
-        (seen * n2 / (t + seen * (n2 - t))).clamp(0.0, 1.0)
+        let mean = self.mean_transmittance();
+        let n2 = if self.seen { mean } else { self.eta * self.eta };
+        self.transmittance(mu_i) * self.transmittance(mu_o) * rho / (n2 - rho * (n2 - mean))
     }
 
     /// What takes the place of the reflectance `r` of a mirror or facet.

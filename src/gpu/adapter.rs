@@ -177,7 +177,8 @@ impl Gpu {
         let info = AdapterInfo::of(&adapter.get_info());
         let has = adapter.limits();
         let limits = limits(&most.map_or(has.clone(), |most| has.or_worse_values_from(most)));
-        let tables_in_buffers = limits.max_storage_textures_per_shader_stage < STORAGE_TEXTURES;
+        let tables_in_buffers =
+            limits.max_storage_textures_per_shader_stage < STORAGE_TEXTURES || limits.max_texture_dimension_2d < TABLE_WIDTH;
         let request = adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("abbe"),
             required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,

@@ -101,7 +101,7 @@ shared_constants! {
     MATERIAL_KIND_BOUNDARY = 7;
     /// `b`: the material; `texture`: normals.
     MATERIAL_KIND_NORMAL_MAPPED = 8;
-    /// `a`: row of the coat's index; `b`: the material under it; `alpha`, `table`.
+    /// `a`: row of the coat's index; `b`: the material under it; `c`: 1 if its colour is the one that is seen; `alpha`, `table`.
     MATERIAL_KIND_COATED = 9;
     /// `a`, `texture`: roughness; `b`: the material of level 0; `c`: the first level and, from bit 16 on, the last.
     MATERIAL_KIND_GRADED = 10;
@@ -588,7 +588,7 @@ shared_records! {
 }
 
 /// Texels to a row of a table.
-pub const TABLE_WIDTH: u32 = 4096;
+pub const TABLE_WIDTH: u32 = 8192;
 
 /// Texels of a record `T` in a table.
 pub const fn texels<T>() -> u32 {

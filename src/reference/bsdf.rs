@@ -15,6 +15,7 @@ use crate::bsdf::pane::{Pane, PaneFilm, RoughPane};
 use crate::bsdf::sample_cosine;
 use crate::bsdf::thin_film::Stack;
 use crate::geometry::Coordinates;
+use crate::scene::roughness::level_at;
 use crate::scene::{Grain, Material, Scene, ThinFilm};
 use crate::spectrum::{Ior, Spectrum};
 use glam::{DVec3, dvec3};
@@ -60,7 +61,7 @@ impl Stage {
                 }
             }
             Material::Conductor { eta, k, alpha } => {
-                let around = coat.map_or(outside.to_vec(), |(ior, _)| values(&|nm| ior.eval(nm)));
+                let around = coat.map_or(outside.to_vec(), |(ior, ..)| values(&|nm| ior.eval(nm)));
                 let of = |(l, n): (&WavelengthSample, &f64)| match film {
                     Some(film) => Metal::Filmed(film.between(*n, (eta.eval(l.nm), k.eval(l.nm)), l.nm)),
                     None => Metal::Index(eta.eval(l.nm) / n, k.eval(l.nm) / n),
@@ -198,7 +199,12 @@ pub(super) fn straight_share(scene: &Scene, index: usize, cos: f64, uv: Coordina
             let pane = pane(ior, depth, scene.thin_films.get(&index), nm, 1.0);
             tint.as_ref().map_or(1.0, |tint| tint.eval(nm, uv)) * pane.shares(cos)[1]
         }
-        Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => straight_share(scene, *base, cos, uv, nm),
+        Material::NormalMapped { base, .. } => straight_share(scene, *base, cos, uv, nm),
+        Material::Graded { first, levels, roughness } => {
+            let (level, share) = level_at(roughness.eval(nm, uv), levels);
+            let of = |level: usize| straight_share(scene, first + level - levels.start, cos, uv, nm);
+            (1.0 - share) * of(level) + share * of(level + 1)
+        }
         Material::Mix { a, b, weight } => {
             let w = weight.eval(nm, uv);
             w * straight_share(scene, *a, cos, uv, nm) + (1.0 - w) * straight_share(scene, *b, cos, uv, nm)

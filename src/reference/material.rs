@@ -21,8 +21,8 @@ pub(super) struct Met<'a> {
     /// The index of its material.
     index: usize,
     pub material: &'a Material,
-    /// Index and GGX width of the coat on it.
-    pub coat: Option<(&'a Ior, f64)>,
+    /// Index and GGX width of the coat on it, and whether the colour under it is the one that is seen.
+    pub coat: Option<(&'a Ior, f64, bool)>,
     sheen: Option<(&'a Sheen, &'a Spectrum)>,
     pub film: Option<&'a ThinFilm>,
     pub grain: Option<Grain>,
@@ -42,9 +42,10 @@ impl Stage {
         let is_in_boundary = met.iter().any(|m| self.scene.materials[m.index].interior().is_some());
         for surface @ &Met { hit, material, coat, sheen, grain, .. } in &met {
             let Some(bsdf) = self.bsdf(surface, &path.wavelengths, &outside, is_in_boundary) else { continue };
-            let of_wavelength = |(ior, alpha): (&Ior, f64), nm: f64, outside: f64| Coat {
+            let of_wavelength = |(ior, alpha, seen): (&Ior, f64, bool), nm: f64, outside: f64| Coat {
                 eta: ior.eval(nm) / outside,
                 rough: self.energy(alpha, None).map(|e| (alpha, &e.coat)),
+                seen,
             };
             let coats = |coat| path.wavelengths.iter().zip(&outside).map(|(l, &n)| of_wavelength(coat, l.nm, n)).collect();
             let over = Over {
@@ -111,8 +112,8 @@ impl Stage {
                     index = *base;
                     continue;
                 }
-                Material::Coated { base, ior, alpha } => {
-                    coat = Some((ior, *alpha));
+                Material::Coated { base, ior, alpha, seen } => {
+                    coat = Some((ior, *alpha, *seen));
                     index = *base;
                     continue;
                 }

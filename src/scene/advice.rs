@@ -19,7 +19,7 @@ use std::sync::Arc;
 const LARGEST_GLASS: f64 = 20.0;
 /// See [`LARGEST_GLASS`].
 const LARGEST_SCENE: f64 = 1000.0;
-/// What a table of 4096 by 16384 texels holds, bytes: all that usual adapters have.
+/// What a table of 8192 by 8192 texels holds, bytes: every adapter has that.
 const LARGEST_TABLE: u64 = 1 << 30;
 /// Pairs of faces in one plane that are looked at, at most.
 const MOST_PAIRS: usize = 100_000;

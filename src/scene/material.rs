@@ -56,13 +56,14 @@ pub enum Material {
         /// GGX width, 0 or in [0.001, 1].
         alpha: f64,
     },
-    /// A material whose roughness varies: of the two levels next to what the picture says, each in proportion ([`super::roughness`]).
+    /// A material whose roughness varies, or what else there are levels of: of the two next to what the picture says, each in proportion
+    /// ([`super::roughness`]).
     Graded {
         /// Index of the smoothest; the others follow it.
         first: usize,
         /// Which levels there are, two at least.
         levels: std::ops::Range<usize>,
-        /// Roughness in [0, 1], the root of the GGX width.
+        /// Roughness in [0, 1], the root of the GGX width; or 1/16 for each level.
         roughness: Texture,
     },
     /// A clear coat on another material; smooth for `alpha = 0`, else GGX ([`crate::bsdf::coat`]).
@@ -73,6 +74,8 @@ pub enum Material {
         ior: Ior,
         /// GGX width, 0 or in [0.001, 1].
         alpha: f64,
+        /// Is the colour of paint under it the one that is seen, as in glTF, so that what the coat sends down again is a part of it?
+        seen: bool,
     },
     /// Sheen over another material ([`crate::bsdf::sheen`]).
     Sheen {

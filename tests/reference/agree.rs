@@ -86,7 +86,7 @@ fn backward_and_forward_agree_where_shading_normals_contradict_the_geometry() {
     let mut s = room(2, 4);
     let paint = material(&mut s, Material::Diffuse { reflectance: flat(0.8).into() });
     let metal = material(&mut s, Material::Conductor { eta: flat(0.5), k: flat(3.0), alpha: 0.6 });
-    let coated = material(&mut s, Material::Coated { base: paint, ior: flint(), alpha: 0.5 });
+    let coated = material(&mut s, Material::Coated { base: paint, ior: flint(), alpha: 0.5, seen: false });
     let sheen = material(&mut s, Material::Sheen { base: paint, color: flat(0.8), alpha: 0.5 });
     // Tiles whose normals lean away from the camera, and some from the light.
     let leaning = [dvec3(0.9, 0.2, 0.35), dvec3(-0.9, 0.1, 0.4), dvec3(0.1, -0.9, 0.3), dvec3(0.2, 0.9, 0.2)];

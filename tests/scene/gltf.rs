@@ -1,6 +1,6 @@
 //! glTF files: as scenes by themselves and as parts of scenes.
 
-use crate::{folder, load_text, scene_with, seen_under_gloss};
+use crate::{folder, load_text, scene_with};
 use abbe::scene::{Geometry, Light, LoadOptions, Material, Scene, Sensor, Texture, load};
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -100,11 +100,11 @@ fn without_camera_and_light_it_is_framed_in_daylight_and_says_so() {
     for fragment in ["no camera", "no light"] {
         assert!(scene.notes.iter().any(|n| n.contains(fragment)), "{fragment}: {:?}", scene.notes);
     }
-    let Material::Coated { base, ior, alpha } = &scene.materials[scene.shapes[0].material] else { panic!("not glossy") };
-    assert_eq!((ior.eval(550.0), *alpha), (1.5, 1.0));
+    let Material::Coated { base, ior, alpha, seen } = &scene.materials[scene.shapes[0].material] else { panic!("not glossy") };
+    assert_eq!((ior.eval(550.0), *alpha, *seen), (1.5, 1.0, true));
     let Material::Diffuse { reflectance } = &scene.materials[*base] else { panic!("not diffuse") };
     // glTF's colours are those that are seen.
-    assert!((seen_under_gloss(reflectance.average(500.0)) - 0.2).abs() < 1e-4);
+    assert!((reflectance.average(500.0) - 0.2).abs() < 1e-4);
 }
 
 /// The square with this base colour, roughness and extensions; returns the scene and the index of its material.

@@ -7,6 +7,7 @@ mod gltf;
 mod grain;
 mod instances;
 mod khronos;
+mod looks;
 mod malformed;
 mod measured;
 mod meshes;
@@ -25,13 +26,6 @@ use abbe::{Error, Result};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-
-/// What uniform light makes of paint of reflectance `rho` under a coat of index 1.5, but for what the coat reflects and takes at its outside: Saunderson's
-/// formula with the share 0.0918 that such a face reflects of it.
-fn seen_under_gloss(rho: f64) -> f64 {
-    let transmitted = 1.0 - 0.0918;
-    transmitted * rho / (2.25 - rho * (2.25 - transmitted))
-}
 
 /// A folder of the project.
 fn folder(name: &str) -> PathBuf {

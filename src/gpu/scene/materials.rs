@@ -4,6 +4,7 @@ use super::ranks::ranks;
 use super::rows::{Rows, SpectrumRow};
 use super::textures::Textures;
 use crate::bsdf::energy::EnergyTable;
+use crate::bsdf::ggx::Width;
 use crate::error::{Error, Result};
 use crate::gpu::layout::{self, Material, NO_INDEX};
 use crate::scene::{self, Scene};
@@ -58,10 +59,11 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures) -> 
                 let interior = interior_index(scene.interior_of(*first));
                 Material { kind: layout::MATERIAL_KIND_GRADED, interior, a, b, c, texture, ..none }
             }
-            scene::Material::Coated { base, ior, alpha } => Material {
+            scene::Material::Coated { base, ior, alpha, seen } => Material {
                 kind: layout::MATERIAL_KIND_COATED,
                 a: rows.add(SpectrumRow::Ior(ior.clone())),
                 b: *base as u32,
+                c: u32::from(*seen),
                 alpha: *alpha as f32,
                 table: tables.add(Table::Coat(*alpha)),
                 ..none
@@ -117,6 +119,8 @@ struct Tables {
     entries: Vec<f32>,
     /// What was made already, and its first entry.
     made: Vec<(Table, u32)>,
+    /// Of what is brushed by its width, since it takes long to make.
+    brushed: Vec<(Width, Vec<f64>)>,
 }
 
 /// A table, of a GGX width.
@@ -130,7 +134,8 @@ enum Table {
 }
 
 impl Table {
-    fn entries(self) -> Vec<f64> {
+    /// Its entries; of what is `brushed` those that were made of a width already.
+    fn entries(self, brushed: &mut Vec<(Width, Vec<f64>)>) -> Vec<f64> {
         let flat = |table: EnergyTable| [table.missing, table.mean].concat();
         match self {
             Table::Dielectric(alpha) => flat(EnergyTable::dielectric(alpha)),
@@ -138,7 +143,13 @@ impl Table {
             Table::Conductor(alpha) => flat(EnergyTable::conductor(alpha)),
             Table::Brushed(alpha, grain) => {
                 let (width, (sin, cos)) = (grain.width(alpha), grain.rotation.sin_cos());
-                [flat(EnergyTable::brushed(width)), vec![width.x, cos, sin]].concat()
+                let known = brushed.iter().find(|(of, _)| *of == width).map(|(_, entries)| entries.clone());
+                let entries = known.unwrap_or_else(|| {
+                    let entries = flat(EnergyTable::brushed(width));
+                    brushed.push((width, entries.clone()));
+                    entries
+                });
+                [entries, vec![width.x, cos, sin]].concat()
             }
         }
     }
@@ -150,7 +161,8 @@ impl Tables {
         if let Some((_, at)) = self.made.iter().find(|(made, _)| *made == table) {
             return *at;
         }
-        let at = self.append(&table.entries());
+        let entries = table.entries(&mut self.brushed);
+        let at = self.append(&entries);
         self.made.push((table, at));
         at
     }

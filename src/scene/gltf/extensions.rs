@@ -30,6 +30,7 @@ pub(in crate::scene) const EXTENSIONS: &[(&str, &str, Fate)] = &[
     ("KHR_materials_emissive_strength", "lamps", Read),
     ("KHR_materials_ior", "indices of refraction", Read),
     ("KHR_materials_iridescence", "thin films", Read),
+    ("KHR_materials_pbrSpecularGlossiness", "materials by specular colour and glossiness", Read),
     ("KHR_materials_sheen", "sheen of cloth", Read),
     ("KHR_materials_specular", "strength and colour of specular reflection", Read),
     ("KHR_materials_transmission", "glass", Read),
@@ -63,11 +64,6 @@ pub(in crate::scene) const EXTENSIONS: &[(&str, &str, Fate)] = &[
     ("EXT_texture_avif", "pictures in AVIF", Unread(PNG)),
     ("MSFT_texture_dds", "pictures in DDS", Unread(PNG)),
     ("EXT_lights_image_based", "light from pictures", Unread("put the picture into a scene as an \"image\" light")),
-    (
-        "KHR_materials_pbrSpecularGlossiness",
-        "materials by specular colour and glossiness",
-        Unread("export it with metallic and roughness"),
-    ),
 ];
 
 /// What an extension stands for, and what becomes of it.

@@ -6,14 +6,16 @@ use crate::color::cie;
 use crate::color::upsample;
 use crate::error::Result;
 use crate::scene::gltf::texture::{Textures, Use, UvSets};
+use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
-use crate::scene::json::{Node, THICKEST_FILM, THINNEST_FILM};
 use crate::scene::roughness::Roughness;
-use crate::scene::{Emission, Grain, Interior, Material, Texture, ThinFilm};
+use crate::scene::{Emission, Interior, Material, Texture};
 use crate::spectrum::library::Observer;
 use crate::spectrum::{Ior, Spectrum};
 
+mod levels;
 mod paint;
+pub(in crate::scene::gltf) mod specular_glossiness;
 
 /// A material and what it emits.
 #[derive(Clone)]
@@ -45,11 +47,29 @@ const SLOTS: &[&str] = &[
     "clearcoatTexture",
     "clearcoatRoughnessTexture",
     "iridescenceTexture",
+    "iridescenceThicknessTexture",
+    "anisotropyTexture",
     "sheenColorTexture",
     "sheenRoughnessTexture",
     "normalTexture",
+    "diffuseTexture",
+    "specularGlossinessTexture",
 ];
 
+/// Extensions that these are in.
+const PICTURED: [&str; 8] = [
+    "transmission",
+    "diffuse_transmission",
+    "specular",
+    "clearcoat",
+    "iridescence",
+    "anisotropy",
+    "sheen",
+    "pbrSpecularGlossiness",
+];
+
+/// What is older than metalness, and takes the place of that.
+const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
 /// Index of clear coats (KHR_materials_clearcoat).
 const CLEAR_COAT: f64 = 1.5;
 /// Indices above are as good as infinite: 10,000 reflects all but 0.04 %.
@@ -68,8 +88,6 @@ struct Reader<'r, 'n, 't> {
     coloured: bool,
     /// The name of the glass that has none.
     pane: Option<String>,
-    /// Paints that were made, by the index of the coat on them.
-    paints: Vec<(Option<f64>, usize)>,
 }
 
 /// Adds a glTF material to the scene, but for its emission where the scene's material `given` replaces it; its glass is `solid` whatever the file says, and
@@ -83,8 +101,7 @@ pub(in crate::scene) fn material(
     coloured: bool,
 ) -> Result<Look> {
     let pbr = node.get("pbrMetallicRoughness");
-    let mut reader =
-        Reader { loader, textures, node, pbr, uv_sets: UvSets::default(), solid, coloured, pane: None, paints: Vec::new() };
+    let mut reader = Reader { loader, textures, node, pbr, uv_sets: UvSets::default(), solid, coloured, pane: None };
     let slots: &[&str] = if given.is_some() { &["emissiveTexture"] } else { SLOTS };
     reader.uv_sets = UvSets::of(slots.iter().filter_map(|slot| reader.info(slot)))?;
     if reader.extension("KHR_materials_unlit").is_some() && given.is_none() {
@@ -95,7 +112,12 @@ pub(in crate::scene) fn material(
         Some(given) => given,
         None => {
             reader.note_losses();
-            reader.surface(emission.is_some())?
+            let surface = match reader.extension(SPECULAR_GLOSSINESS) {
+                Some(node) => reader.specular_glossiness(&node)?,
+                None => reader.surface()?,
+            };
+            let surface = reader.normal_mapped(surface)?;
+            reader.present(surface, emission.is_some())?
         }
     };
     Ok(Look { material, emission, uv_sets: reader.uv_sets, pane: reader.pane })
@@ -108,8 +130,7 @@ impl<'n> Reader<'_, 'n, '_> {
 
     /// The textureInfo of a slot, wherever it stands.
     fn info(&self, slot: &str) -> Option<Node<'n>> {
-        let extensions = ["transmission", "diffuse_transmission", "specular", "clearcoat", "iridescence", "sheen"]
-            .map(|name| format!("KHR_materials_{name}"));
+        let extensions = PICTURED.map(|name| format!("KHR_materials_{name}"));
         let places = [self.pbr.clone(), Some(self.node.clone())].into_iter().chain(extensions.map(|name| self.extension(&name)));
         places.flatten().find_map(|place| place.get(slot))
     }
@@ -155,7 +176,7 @@ impl<'n> Reader<'_, 'n, '_> {
         Ok(Spectrum::Constant(cutoff.map_or(factor, |cutoff| f64::from(u8::from(factor >= cutoff)))).into())
     }
 
-    fn surface(&mut self, emits: bool) -> Result<usize> {
+    fn surface(&mut self) -> Result<usize> {
         let metallic = factor(self.pbr.as_ref(), "metallicFactor", 1.0, 1.0)?;
         let transmission = factor(self.extension("KHR_materials_transmission").as_ref(), "transmissionFactor", 0.0, 1.0)?;
         let metallic = self.share(metallic, "metallicRoughnessTexture", 2, None)?;
@@ -163,31 +184,32 @@ impl<'n> Reader<'_, 'n, '_> {
         let rough = self.roughness(self.pbr.clone(), "roughnessFactor", 1.0, "metallicRoughnessTexture")?;
         let lacquer = self.lacquer()?;
         let sheen = self.sheen()?;
-        let film = self.film()?;
-        let grain = self.grain()?;
+        let films = self.films()?;
+        let grains = self.grains()?;
         let is = |share: &Texture, value: f64| matches!(share, Texture::Uniform(Spectrum::Constant(v)) if *v == value);
-        let reflectance = self.base_colour(None)?;
+        let reflectance = self.base_colour()?;
         let mut surface = None;
         if !is(&metallic, 1.0) && !is(&transmission, 1.0) {
-            if film.is_some() {
+            if films.is_some() {
                 self.note("iridescence of what is neither metal nor glass: ignored (KHR_materials_iridescence)");
             }
-            if grain.is_some() {
-                self.note("anisotropy of what is not metal: ignored, its gloss is the same in all directions (KHR_materials_anisotropy)");
+            if grains.is_some() {
+                self.note("anisotropy of gloss on paint: ignored, it is the same in all directions (KHR_materials_anisotropy)");
             }
-            let glossy = self.glossy(&rough)?;
-            let bare = match lacquer {
-                Some(_) => {
-                    let under = self.paint(Some(CLEAR_COAT))?;
-                    self.lacquered(under, glossy, &lacquer)
-                }
-                None => glossy,
-            };
+            let paint = self.paint(&reflectance)?;
+            let glossy = self.glossy(paint, &rough)?;
+            let bare = self.lacquered(paint, glossy, &lacquer);
             surface = Some(self.under_sheen(bare, &sheen));
         }
         if !is(&metallic, 1.0) && !is(&transmission, 0.0) {
-            let glass = self.glass(&reflectance, &rough)?;
-            let glass = self.filmed_glass(glass, &reflectance, &rough, &film)?;
+            let glass = self.grained(&grains, |reader| {
+                let glass = reader.glass(&reflectance, &rough)?;
+                reader.filmed_glass(glass, &reflectance, &rough, &films)
+            })?;
+            let glass = self.less_specular(glass, &reflectance, &rough)?;
+            if grains.is_some() && self.is_solid(glass) {
+                self.note("anisotropy of solid glass: ignored (KHR_materials_anisotropy)");
+            }
             if sheen.is_some() {
                 self.note("sheen on glass: ignored (KHR_materials_sheen)");
             }
@@ -197,18 +219,16 @@ impl<'n> Reader<'_, 'n, '_> {
             surface = Some(surface.map_or(glass, |under| self.mix(glass, under, transmission)));
         }
         if !is(&metallic, 0.0) {
-            let metal = self.push_rough(&rough, |alpha| Material::ColoredConductor { reflectance: reflectance.clone(), alpha });
-            let metal = self.filmed_metal(metal, &reflectance, &rough, &film);
-            if let Some(grain) = grain {
-                self.loader.put_grain(metal, grain);
-            }
+            let metal = self.grained(&grains, |reader| {
+                let metal = |alpha| Material::ColoredConductor { reflectance: reflectance.clone(), alpha };
+                let metal = reader.push_rough(&rough, metal);
+                reader.filmed_metal(metal, &reflectance, &rough, &films)
+            })?;
             let metal = self.lacquered(metal, metal, &lacquer);
             let metal = self.under_sheen(metal, &sheen);
             surface = Some(surface.map_or(metal, |under| self.mix(metal, under, metallic)));
         }
-        let surface = surface.unwrap_or_else(|| self.loader.black());
-        let surface = self.normal_mapped(surface)?;
-        self.present(surface, emits)
+        Ok(surface.unwrap_or_else(|| self.loader.black()))
     }
 
     /// The same where alpha says that it is there, and elsewhere nothing.
@@ -220,12 +240,17 @@ impl<'n> Reader<'_, 'n, '_> {
         if mode == "OPAQUE" {
             return Ok(surface);
         }
-        let opacity = match self.pbr.as_ref().and_then(|p| p.get("baseColorFactor")).and_then(|f| f.element(3)) {
+        let by_diffuse = self.extension(SPECULAR_GLOSSINESS);
+        let (factor_of, slot) = match &by_diffuse {
+            Some(node) => (node.get("diffuseFactor"), "diffuseTexture"),
+            None => (self.pbr.as_ref().and_then(|p| p.get("baseColorFactor")), "baseColorTexture"),
+        };
+        let opacity = match factor_of.and_then(|f| f.element(3)) {
             Some(alpha) => alpha.number()?.clamp(0.0, 1.0),
             None => 1.0,
         };
         let cutoff = if mode == "MASK" { Some(factor(Some(self.node), "alphaCutoff", 0.5, 1e3)?) } else { None };
-        let presence = self.share(opacity, "baseColorTexture", 3, cutoff)?;
+        let presence = self.share(opacity, slot, 3, cutoff)?;
         if is_one(&presence) {
             return Ok(surface);
         }
@@ -293,7 +318,7 @@ impl<'n> Reader<'_, 'n, '_> {
     /// `bare` as it is where there is no lacquer, and where there is some, `base` under it.
     fn lacquered(&mut self, base: usize, bare: usize, lacquer: &Option<(Texture, Roughness)>) -> usize {
         let Some((share, roughness)) = lacquer else { return bare };
-        let coated = self.push_rough(roughness, |alpha| Material::Coated { base, ior: Ior::constant(CLEAR_COAT), alpha });
+        let coated = self.coated(base, &Ior::constant(CLEAR_COAT), roughness);
         self.mix(coated, bare, share.clone())
     }
 
@@ -325,77 +350,9 @@ impl<'n> Reader<'_, 'n, '_> {
         self.push_rough(roughness, |alpha| Material::Sheen { base, color: color.clone(), alpha: alpha.max(LEAST) })
     }
 
-    /// The grain of brushed metal, if the material has one.
-    fn grain(&mut self) -> Result<Option<Grain>> {
-        let Some(node) = self.extension("KHR_materials_anisotropy") else { return Ok(None) };
-        if node.get("anisotropyTexture").is_some() {
-            self.note("pictures of anisotropy: ignored, strength and rotation are the same all over (KHR_materials_anisotropy)");
-        }
-        let strength = factor(Some(&node), "anisotropyStrength", 0.0, 1.0)?;
-        let rotation = node.get("anisotropyRotation").map_or(Ok(0.0), |n| n.within(-1e3, 1e3))?;
-        Ok((strength > 0.0).then_some(Grain { strength, rotation }))
-    }
-
-    /// The film that makes a surface iridescent, and how much of it there is.
-    fn film(&mut self) -> Result<Option<(Texture, ThinFilm)>> {
-        let Some(node) = self.extension("KHR_materials_iridescence") else { return Ok(None) };
-        let share = self.share(factor(Some(&node), "iridescenceFactor", 0.0, 1.0)?, "iridescenceTexture", 0, None)?;
-        let ior = Ior::constant(node.get("iridescenceIor").map_or(Ok(1.3), |n| Ok(n.number()?.clamp(1.0, 5.0)))?);
-        let thickness_nm = factor(Some(&node), "iridescenceThicknessMaximum", 400.0, THICKEST_FILM)?;
-        if thickness_nm > 0.0 && thickness_nm < THINNEST_FILM {
-            self.note(&format!("a film of {thickness_nm} nm cannot be seen: thickness is in nm (KHR_materials_iridescence)"));
-        }
-        if node.get("iridescenceThicknessTexture").is_some() {
-            self.note("films are of one thickness: of its picture the greatest counts (KHR_materials_iridescence)");
-        }
-        Ok((!share.is_zero() && thickness_nm > 0.0).then_some((share, ThinFilm { ior, thickness_nm })))
-    }
-
-    fn filmed_glass(
-        &mut self,
-        bare: usize,
-        tint: &Texture,
-        rough: &Roughness,
-        film: &Option<(Texture, ThinFilm)>,
-    ) -> Result<usize> {
-        let Some((share, film)) = film else { return Ok(bare) };
-        let is_rough = |m: &usize| matches!(self.loader.scene.materials[*m], Material::Dielectric { alpha, .. } if alpha > 0.0);
-        if self.loader.scene.made_of(bare).iter().any(is_rough) {
-            self.note("iridescence of rough solid glass: ignored (KHR_materials_iridescence)");
-            return Ok(bare);
-        }
-        let filmed = self.glass(tint, rough)?;
-        self.loader.put_thin_film(filmed, film);
-        Ok(self.mix(filmed, bare, share.clone()))
-    }
-
-    /// What a film does depends on the metal's index: that of a dielectric with its reflectance, (n - 1)^2 / (n + 1)^2, as the extension has it.
-    fn filmed_metal(
-        &mut self,
-        bare: usize,
-        reflectance: &Texture,
-        rough: &Roughness,
-        film: &Option<(Texture, ThinFilm)>,
-    ) -> usize {
-        let Some((share, film)) = film else { return bare };
-        let Texture::Uniform(reflectance) = reflectance else {
-            self.note("iridescence of metals of a pictured colour: ignored (KHR_materials_iridescence)");
-            return bare;
-        };
-        let index = |r: f64| (1.0 + r.min(0.98).sqrt()) / (1.0 - r.min(0.98).sqrt());
-        let eta = Spectrum::sampled(self.loader.reader.range, |nm| index(reflectance.eval(nm)));
-        let conductor = |alpha| Material::Conductor { eta: eta.clone(), k: Spectrum::Constant(0.0), alpha };
-        let filmed = self.push_rough(rough, conductor);
-        self.loader.put_thin_film(filmed, film);
-        self.mix(filmed, bare, share.clone())
-    }
-
     /// KHR_materials_unlit: it shines as bright as it is painted, 1 cd m^-2 where that is white, and reflects nothing.
     fn unlit(&mut self) -> Result<Look> {
         self.note("unlit surfaces shine by themselves, as bright as daylight makes white ones (KHR_materials_unlit)");
-        if self.coloured {
-            self.note("colours of vertices on unlit surfaces: ignored (COLOR_0)");
-        }
         let base = colour(self.pbr.as_ref(), "baseColorFactor", [1.0; 3], 1.0)?;
         let white = upsample::white().scaled(1.0 / cie::xyz_of_unit(Observer::Cie1931)[1]);
         let picture = match self.info("baseColorTexture") {
@@ -420,12 +377,6 @@ impl<'n> Reader<'_, 'n, '_> {
             let white = Texture::from(Spectrum::Constant(1.0));
             return Ok(self.push_rough(rough, |alpha| Material::ColoredConductor { reflectance: white.clone(), alpha }));
         };
-        if let Some(specular) = self.extension("KHR_materials_specular") {
-            let is_plain = |key: &str| specular.get(key).is_none();
-            if !["specularFactor", "specularTexture", "specularColorFactor", "specularColorTexture"].into_iter().all(is_plain) {
-                self.note("factor and colour of what glass reflects: ignored, its index says how much (KHR_materials_specular)");
-            }
-        }
         let tint = Some(base.clone()).filter(|tint| !matches!(tint, Texture::Uniform(Spectrum::Constant(1.0))));
         let name = self.node.get("name").and_then(|n| n.value.as_str()).unwrap_or("glass").to_string();
         let volume = self
@@ -437,6 +388,7 @@ impl<'n> Reader<'_, 'n, '_> {
                  set a thickness in the exporter or \"override\" it in a scene"
             ));
             self.pane = Some(name);
+            let (ior, _) = self.gloss()?;
             let depth = Spectrum::Constant(0.0);
             let pane = |alpha| Material::ThinDielectric { ior: ior.clone(), alpha, tint: tint.clone(), depth: depth.clone() };
             return Ok(self.push_rough(rough, pane));
@@ -507,6 +459,11 @@ fn colour(node: Option<&Node>, key: &str, default: [f64; 3], most: f64) -> Resul
         *c = item.number()?.clamp(0.0, most);
     }
     Ok(rgb)
+}
+
+/// A colour in linear sRGB as a reflectance.
+fn rgb_texture(node: &Node, rgb: [f64; 3]) -> Result<Texture> {
+    Ok(upsample::reflectance_from_linear_srgb(rgb).map_err(|e| node.fail(e, "use another colour"))?.into())
 }
 
 /// KHR_materials_volume: transmittance `attenuationColor` over `attenuationDistance` metres, as a coefficient in m^-1.

@@ -54,10 +54,7 @@ pub(in crate::scene) const KINDS: &[(&str, &[(&str, Use)])] = &[
     ),
     ("texture", &[("index", Read), ("texCoord", Read), ("scale", Read)]),
     ("KHR_texture_transform", &[("offset", Read), ("rotation", Read), ("scale", Read), ("texCoord", Read)]),
-    (
-        "KHR_materials_anisotropy",
-        &[("anisotropyStrength", SHARE), ("anisotropyRotation", Read), ("anisotropyTexture", Except("its picture"))],
-    ),
+    ("KHR_materials_anisotropy", &[("anisotropyStrength", SHARE), ("anisotropyRotation", Read), ("anisotropyTexture", PICTURE)]),
     (
         "KHR_materials_clearcoat",
         &[
@@ -86,9 +83,19 @@ pub(in crate::scene) const KINDS: &[(&str, &[(&str, Use)])] = &[
             ("iridescenceFactor", SHARE),
             ("iridescenceTexture", PICTURE),
             ("iridescenceIor", Within(1.0, 5.0)),
-            ("iridescenceThicknessMinimum", Nothing), // without a picture of thickness, of which the greatest counts
+            ("iridescenceThicknessMinimum", Nothing), // without a picture of thickness
             ("iridescenceThicknessMaximum", Within(0.0, THICKEST_FILM)),
-            ("iridescenceThicknessTexture", Except("pictures of thickness")),
+            ("iridescenceThicknessTexture", PICTURE),
+        ],
+    ),
+    (
+        "KHR_materials_pbrSpecularGlossiness",
+        &[
+            ("diffuseFactor", SHARE),
+            ("diffuseTexture", PICTURE),
+            ("specularFactor", SHARE),
+            ("glossinessFactor", SHARE),
+            ("specularGlossinessTexture", PICTURE),
         ],
     ),
     (
@@ -321,6 +328,12 @@ mod tests {
                 "/materials/1/extensions/KHR_materials_iridescence",
                 json!({"iridescenceFactor": 0.3, "iridescenceTexture": picture, "iridescenceIor": 1.5, "iridescenceThicknessMinimum": 50,
                     "iridescenceThicknessMaximum": 250, "iridescenceThicknessTexture": picture}),
+            ),
+            (
+                "KHR_materials_pbrSpecularGlossiness",
+                "/materials/4/extensions/KHR_materials_pbrSpecularGlossiness",
+                json!({"diffuseFactor": [0.5, 0.3, 0.2, 1], "diffuseTexture": null, "specularFactor": [0.6, 0.5, 0.1], "glossinessFactor": 0.2,
+                    "specularGlossinessTexture": null}),
             ),
             (
                 "KHR_materials_sheen",

@@ -1,17 +1,18 @@
 //! Textures of glTF materials: pictures in buffers, files and data URIs, samplers, and KHR_texture_transform.
 
-use crate::bsdf::coat::Coat;
 use crate::error::Result;
 use crate::scene::gltf::document::{Asset, item};
+use crate::scene::gltf::material::specular_glossiness::mirror;
 use crate::scene::gltf::uri;
 use crate::scene::json::Node;
 use crate::scene::json::files::Files;
 use crate::scene::json::spectra::Place;
-use crate::scene::texture::picture::{Encoding, Picture, Shade};
+use crate::scene::texture::picture::{Encoding, Picture, Shade, times};
 use crate::scene::texture::{Image, ImageTexture, Texture, Wrap};
 use crate::spectrum::Spectrum;
 use gltf::texture::{MagFilter, WrappingMode};
 use std::collections::HashMap;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// What of a picture is wanted.
@@ -19,14 +20,22 @@ use std::sync::Arc;
 pub(in crate::scene) enum Use {
     /// Colours as reflectances, times these factors.
     Reflectance([f64; 3]),
-    /// Likewise, of paint that is seen so through a coat of this index ([`Coat::paint_of`]).
-    Paint([f64; 3], f64),
     /// Colours as light, times these factors.
     Light([f64; 3]),
     /// A channel as a number, times this factor: 0 red to 3 alpha.
     Channel(usize, f64),
     /// Normals in tangent space, x and y times this factor.
     Normals(f64),
+    /// Colours times these factors as what is reflected at normal incidence: the share of a mirror in it ([`specular_glossiness::mirror`]).
+    MirrorShare([f64; 3]),
+    /// And its colour.
+    MirrorColour([f64; 3]),
+    /// Colours times these factors as shares of the way from one number to another.
+    Between([f64; 3], f64, f64),
+    /// The direction in tangent space that red and green stand for, as a share of half a turn, times this factor.
+    Direction(f64),
+    /// One less alpha times this factor.
+    RoughnessOfGlossiness(f64),
 }
 
 /// The pictures of a glTF file that were looked at already.
@@ -92,18 +101,26 @@ impl<'a> Textures<'a> {
             return Ok(image.clone());
         }
         let picture = self.picture(source)?;
-        let coloured = |factors, place, shade: Shade| {
-            // The document says what colours mean, not the picture (glTF 2.0, section 3.9.2).
-            let image = picture.colors(factors, place, Encoding::Srgb, shade);
+        // The document says what colours mean, not the picture (glTF 2.0, section 3.9.2).
+        let coloured = |place, shade: Shade| {
+            let image = picture.colors(place, Encoding::Srgb, shade);
             image.ok_or_else(|| source.fail("a texel is out of range", "export the picture again"))
         };
+        let mirror_at = |rgb: [f64; 3], factors: [f64; 3]| mirror(std::array::from_fn(|i| rgb[i] * factors[i]));
         let image = match wanted {
-            Use::Reflectance(factors) => coloured(factors, Place::Share, &|v| v)?,
-            Use::Paint(factors, eta) => {
-                let coat = Coat { eta, rough: None };
-                coloured(factors, Place::Share, &|seen| coat.paint_of(seen))?
+            Use::Reflectance(factors) => coloured(Place::Share, &times(factors))?,
+            Use::Light(factors) => coloured(Place::Light, &times(factors))?,
+            Use::MirrorColour(factors) => coloured(Place::Share, &|rgb| mirror_at(rgb, factors).1)?,
+            Use::MirrorShare(factors) => picture.shares(1.0, |i| mirror_at(picture.linear_at(i, Encoding::Srgb), factors).0),
+            Use::Between(factors, low, high) => {
+                let share = |v: f64| ((v - low) / (high - low)).clamp(0.0, 1.0);
+                coloured(Place::Share, &|rgb| times(factors)(rgb).map(share))?
             }
-            Use::Light(factors) => coloured(factors, Place::Light, &|v| v)?,
+            Use::Direction(scale) => picture.shares(scale, |i| {
+                let [x, y] = [0, 1].map(|channel| 2.0 * picture.number(i, channel) - 1.0);
+                y.atan2(x).rem_euclid(PI) / PI
+            }),
+            Use::RoughnessOfGlossiness(factor) => picture.shares(1.0, |i| 1.0 - factor * picture.number(i, 3)),
             Use::Normals(scale) => picture.normals(scale),
             Use::Channel(channel, factor) => picture.numbers(channel, factor),
         };

@@ -248,7 +248,7 @@ impl Materials {
                 let ior = loader.reader.ior(&inner.need("ior")?)?;
                 note_extrapolation(loader, name, &ior);
                 let (base, roughness) = (loader.material_index(&inner.need("of")?)?, loader.roughness(&inner)?);
-                loader.rough(&roughness, |alpha| Material::Coated { base, ior: ior.clone(), alpha })
+                loader.rough(&roughness, |alpha| Material::Coated { base, ior: ior.clone(), alpha, seen: false })
             }
             "sheen" => {
                 let color = loader.reader.spectrum(&inner.need("color")?, Place::Share)?;

@@ -18,8 +18,7 @@ const LARGEST_SIDE: u32 = 16384;
 const MOST_PIXELS: u64 = 1 << 26;
 /// Pixels at most for each byte of the file, beyond the first Mi pixels: what deflate can do at best, so that a small file cannot ask for much memory.
 const PIXELS_PER_BYTE: u64 = 1032;
-/// Bytes that all pictures of a scene may take: adapters that have no larger textures than the usual ones hold 1 GiB of a table, where colours and
-/// texture coordinates want room too.
+/// Bytes that all pictures of a scene may take: every adapter holds 1 GiB of a table, where colours and texture coordinates want room too.
 const MOST_BYTES: u64 = 768 << 20;
 
 /// The pictures that were decoded already, by their content; shared with the copies.

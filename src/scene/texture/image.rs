@@ -92,7 +92,7 @@ impl Loader {
                 Some(Image { width: picture.width, height: picture.height, texels })
                     .filter(|_| !hold || spectra.greatest() <= 1.0)
             }
-            None => picture.colors([1.0; 3], place, encoding, &|v| v),
+            None => picture.colors(place, encoding, &|rgb| rgb),
         };
         image.ok_or_else(|| file.fail(format!("{name}: {problem}"), remedy))
     }

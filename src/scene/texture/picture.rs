@@ -12,8 +12,13 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 pub(in crate::scene) use super::texels::Spectra;
 
-/// What becomes of each component of a colour, in linear sRGB.
-pub(in crate::scene) type Shade<'a> = &'a (dyn Fn(f64) -> f64 + Sync);
+/// What becomes of a colour in linear sRGB.
+pub(in crate::scene) type Shade<'a> = &'a (dyn Fn([f64; 3]) -> [f64; 3] + Sync);
+
+/// A colour times these factors.
+pub(in crate::scene) fn times(factors: [f64; 3]) -> impl Fn([f64; 3]) -> [f64; 3] + Sync {
+    move |rgb| std::array::from_fn(|i| rgb[i] * factors[i])
+}
 
 /// What the numbers of a picture's colours are taken for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -145,7 +150,7 @@ impl Picture {
     }
 
     /// A number of a pixel as the file has it, whole numbers as shares: 0 red to 3 alpha.
-    fn number(&self, pixel: usize, channel: usize) -> f64 {
+    pub(in crate::scene) fn number(&self, pixel: usize, channel: usize) -> f64 {
         let has_alpha = self.channels.is_multiple_of(2);
         let at = match channel {
             3 if has_alpha => self.channels - 1,
@@ -165,6 +170,18 @@ impl Picture {
 
     pub(super) fn rgb(&self, pixel: usize) -> [f64; 3] {
         [0, 1, 2].map(|channel| self.number(pixel, channel))
+    }
+
+    /// The colour of a pixel that may cover it in part. Of files only EXRs have colours that are less for that; light is what they say.
+    fn straight(&self, pixel: usize) -> [f64; 3] {
+        let alpha = self.number(pixel, 3);
+        let is_less = matches!(self.samples, Samples::Floats(_)) && alpha > 0.0 && alpha < 1.0;
+        if is_less { self.rgb(pixel).map(|v| v / alpha) } else { self.rgb(pixel) }
+    }
+
+    /// Linear sRGB of a pixel.
+    pub(in crate::scene) fn linear_at(&self, pixel: usize, encoding: Encoding) -> [f64; 3] {
+        self.linear(self.rgb(pixel), encoding)
     }
 
     /// Linear sRGB of a colour as the file has it.
@@ -222,49 +239,49 @@ impl Picture {
         if channel < 3 { self.number(pixel, channel) } else { 0.0 }
     }
 
-    /// The picture of its colours, times `factors` in linear sRGB and changed by `shade`, as spectra. `None` where one is too bright for single precision, or as a share
-    /// below 0 or beyond 1.
-    pub(in crate::scene) fn colors(&self, factors: [f64; 3], place: Place, encoding: Encoding, shade: Shade) -> Option<Image> {
+    /// The picture of its colours as `shade` changes them, as spectra. `None` where one is too bright for single precision, or as a share below 0 or beyond 1.
+    pub(in crate::scene) fn colors(&self, place: Place, encoding: Encoding, shade: Shade) -> Option<Image> {
         let texels = match &self.samples {
             Samples::Bytes(_) => {
                 let (stored, colors) = self.colors.get_or_init(|| self.index_colors());
-                let table: Option<Vec<_>> =
-                    colors.par_iter().map(|&rgb| self.texel(rgb, factors, place, encoding, shade)).collect();
+                let table: Option<Vec<_>> = colors.par_iter().map(|&rgb| self.texel(rgb, place, encoding, shade)).collect();
                 Texels::Colors { stored: stored.clone(), table: table?.into() }
             }
             _ => {
-                let texels: Option<Vec<_>> = self.texels(factors, place, encoding, shade).map(|t| t.map(pack_sigmoid)).collect();
+                let texels: Option<Vec<_>> = self.texels(place, encoding, shade).map(|t| t.map(pack_sigmoid)).collect();
                 Texels::Sigmoids { stored: Arc::new(Packed::new(8, bytemuck::cast_slice(&texels?).to_vec())) }
             }
         };
         Some(Image { width: self.width, height: self.height, texels })
     }
 
+    /// The picture of what `number`, from 0 to 1, says of each pixel, times `scale`.
+    pub(in crate::scene) fn shares(&self, scale: f64, number: impl Fn(usize) -> f64 + Sync) -> Image {
+        let byte = |i: usize| (number(i).clamp(0.0, 1.0) * 255.0).round() as u8;
+        let stored = Arc::new(Packed::new(1, (0..self.pixels()).into_par_iter().map(byte).collect()));
+        Image { width: self.width, height: self.height, texels: Texels::Numbers { stored, scale } }
+    }
+
     /// Sigmoid coefficients and factor of every pixel, in full precision; as of [`Picture::colors`].
     pub(in crate::scene) fn coefficients(&self, factors: [f64; 3], place: Place, encoding: Encoding) -> Option<Vec<[f32; 4]>> {
+        let shade: Shade = &times(factors);
         if let Samples::Bytes(_) = &self.samples {
-            let Texels::Colors { stored, table } = self.colors(factors, place, encoding, &|v| v)?.texels else { return None };
+            let Texels::Colors { stored, table } = self.colors(place, encoding, shade)?.texels else { return None };
             return Some((0..self.pixels()).map(|i| table[stored.index(i)]).collect());
         }
-        self.texels(factors, place, encoding, &|v| v).collect()
+        self.texels(place, encoding, shade).collect()
     }
 
-    fn texels(
-        &self,
-        factors: [f64; 3],
-        place: Place,
-        encoding: Encoding,
-        shade: Shade,
-    ) -> impl ParallelIterator<Item = Option<[f32; 4]>> {
-        (0..self.pixels()).into_par_iter().map(move |i| self.texel(self.rgb(i), factors, place, encoding, shade))
+    fn texels(&self, place: Place, encoding: Encoding, shade: Shade) -> impl ParallelIterator<Item = Option<[f32; 4]>> {
+        let rgb = move |i| if place == Place::Light { self.rgb(i) } else { self.straight(i) };
+        (0..self.pixels()).into_par_iter().map(move |i| self.texel(rgb(i), place, encoding, shade))
     }
 
-    fn texel(&self, rgb: [f64; 3], factors: [f64; 3], place: Place, encoding: Encoding, shade: Shade) -> Option<[f32; 4]> {
+    fn texel(&self, rgb: [f64; 3], place: Place, encoding: Encoding, shade: Shade) -> Option<[f32; 4]> {
         if place != Place::Light && rgb.iter().any(|v| !(0.0..=1.0).contains(v)) {
             return None;
         }
-        let linear = self.linear(rgb, encoding);
-        let linear = std::array::from_fn(|i| shade(linear[i] * factors[i]));
+        let linear = shade(self.linear(rgb, encoding));
         let (c, scale) =
             if place == Place::Light { upsample::emission_texel(linear) } else { upsample::reflectance_texel(linear) };
         let texel = [c[0] as f32, c[1] as f32, c[2] as f32, scale as f32];

@@ -195,7 +195,7 @@ fn coats() -> Vec<(f64, f64, EnergyTable)> {
 }
 
 fn coat((eta, alpha, energy): &(f64, f64, EnergyTable)) -> Coat<'_> {
-    Coat { eta: *eta, rough: (*alpha > 0.0).then_some((*alpha, energy)) }
+    Coat { eta: *eta, rough: (*alpha > 0.0).then_some((*alpha, energy)), seen: false }
 }
 
 #[test]
@@ -257,7 +257,7 @@ fn coats_are_reciprocal_and_rough_ones_are_sampled_with_their_density() {
 fn a_smooth_coat_on_paint_is_as_light_that_is_followed_through_it() {
     const N: usize = 400_000;
     for (n, rho, mu) in [(1.5, 0.5, 0.9), (1.5, 0.9, 0.2), (2.2, 0.8, 0.6)] {
-        let (coat, mut random) = (Coat { eta: n, rough: None }, Random(21));
+        let (coat, mut random) = (Coat { eta: n, rough: None, seen: false }, Random(21));
         let mut seen = [0.0f64; 4];
         for _ in 0..N {
             if random.next() < fresnel::dielectric(mu, n) {

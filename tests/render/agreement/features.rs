@@ -204,7 +204,7 @@ fn cloth_under_glass() -> Scene {
 }
 
 fn coated(s: &mut Scene, base: usize, alpha: f64) -> usize {
-    material(s, Material::Coated { base, ior: flint(), alpha })
+    material(s, Material::Coated { base, ior: flint(), alpha, seen: false })
 }
 
 fn coated_paint(alpha: f64) -> Scene {

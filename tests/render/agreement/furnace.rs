@@ -2,6 +2,7 @@
 //! [`crate::validate`]), and glass whose index hardly varies is as good as glass of one index.
 
 use super::compare::{against, agree, gpu, pairs};
+use super::textures::{numbers, on, quad, texture};
 use crate::scenes::*;
 use crate::sweep;
 use abbe::bsdf::coat::Coat;
@@ -9,10 +10,12 @@ use abbe::bsdf::energy::EnergyTable;
 use abbe::bsdf::fresnel;
 use abbe::bsdf::sheen::Sheen;
 use abbe::compare::difference::threshold;
+use abbe::scene::texture::{ImageTexture, Wrap};
 use abbe::scene::*;
 use abbe::spectrum::{Formula, Ior, Spectrum};
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// A view of what `fill` adds, in uniform light of radiance 1.
 fn furnace(fill: impl Fn(&mut Scene)) -> Scene {
@@ -121,9 +124,36 @@ fn rough_surfaces_in_uniform_light_cannot_be_seen() {
     ]);
     let coated = |s: &mut Scene, alpha| {
         let white = material(s, Material::Diffuse { reflectance: flat(1.0).into() });
-        material(s, Material::Coated { base: white, ior: flint(), alpha })
+        material(s, Material::Coated { base: white, ior: flint(), alpha, seen: false })
     };
     balls_cannot_be_seen(&[("white under a coat 0", 8, &|s| coated(s, 0.0)), ("white under a coat 0.3", 8, &|s| coated(s, 0.3))]);
+}
+
+/// Paint of which it is known how it looks, under a coat and tinted by the colours of vertices, in uniform light: the coat's own reflection, and of what
+/// gets through it that colour.
+#[test]
+fn the_colour_that_is_seen_is_what_gets_through_a_coat_times_that() {
+    for (degrees, alpha) in [(0.0f64, 0.0), (70.0, 0.0), (50.0, 0.5)] {
+        let (sin, mu) = degrees.to_radians().sin_cos();
+        let mut s = scene(16, 16, 4, orthographic(dvec3(0.0, mu, sin + 1e-3), DVec3::ZERO, 0.1));
+        let picture = texture(numbers(&[0.8], 1, 1, 1.0), [Wrap::Clamp; 2], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        s.materials[0] = Material::Diffuse { reflectance: on(ImageTexture { tinted: true, ..picture }) };
+        let m = material(&mut s, Material::Coated { base: 0, ior: Ior::constant(1.5), alpha, seen: true });
+        // A sigmoid of 0 is a half.
+        let Geometry::Mesh(floor) = quad(dvec3(-1.0, 0.0, 1.0), DVec3::X * 2.0, DVec3::Z * -2.0) else { unreachable!("a mesh") };
+        let mesh = Mesh { colors: vec![[0.0, 0.0, 0.0, 0.5]; 4], ..Mesh::clone(&floor) };
+        shape(&mut s, m, Geometry::Mesh(Arc::new(mesh)));
+        s.lights.push(Light::Constant { radiance: flat(1.0) });
+        let energy = EnergyTable::coat(alpha);
+        let coat = Coat { eta: 1.5, rough: (alpha > 0.0).then_some((alpha, &energy)), seen: true };
+        let entered = coat.transmittance(mu);
+        let exact = 1.0 - entered + entered * 0.8 * 0.25;
+        for (bin, f) in gpu(&s, 3, 64).figures().bins.iter().enumerate() {
+            println!("{degrees} degrees, alpha {alpha}: bin {bin}: {} +- {}, exact {exact}", f.mean, f.error);
+            assert!((f.mean - exact).abs() < threshold(4, f.dof) * f.error + 2e-3, "{degrees} degrees: {f:?}, not {exact}");
+            assert!(f.error < 5e-3, "{f:?} tells nothing");
+        }
+    }
 }
 
 /// Sheen over black and over white in uniform light, seen at three angles: its own albedo, and together never more than all light.
@@ -184,7 +214,7 @@ fn paint_under_a_coat_seen_through_glass_is_as_bright_as_its_coat_lets_it_be() {
     for alpha in [0.0, 0.4] {
         let mut s = scene(16, 16, 4, orthographic(dvec3(0.0, 1.0, 0.0), DVec3::ZERO, 0.5));
         s.materials[0] = Material::Diffuse { reflectance: flat(rho).into() };
-        let coated = material(&mut s, Material::Coated { base: 0, ior: Ior::constant(2.0), alpha });
+        let coated = material(&mut s, Material::Coated { base: 0, ior: Ior::constant(2.0), alpha, seen: false });
         let floor = material(&mut s, Material::Mix { a: coated, b: 0, weight: flat(0.75).into() });
         shape(&mut s, floor, disc(DVec3::ZERO, DVec3::Y, 2.0));
         let pane = glass(&mut s, solid("pane", 1.005, 1), 0.0);
@@ -192,7 +222,7 @@ fn paint_under_a_coat_seen_through_glass_is_as_bright_as_its_coat_lets_it_be() {
         let direction = dvec3(0.5, -mu, 0.0);
         s.lights.push(Light::Beam { origin: direction * -1.5, direction, radius: 1.0, irradiance: flat(1.0) });
         let energy = EnergyTable::coat(alpha);
-        let coat = Coat { eta: 2.0, rough: (alpha > 0.0).then_some((alpha, &energy)) };
+        let coat = Coat { eta: 2.0, rough: (alpha > 0.0).then_some((alpha, &energy)), seen: false };
         let exact = mu / PI * (0.75 * coat.over_diffuse(rho, mu, 1.0) + 0.25 * rho);
         for (bin, f) in gpu(&s, 3, 8).figures().bins.iter().enumerate() {
             let limit = threshold(4, f.dof) * f.error + 5e-3 * exact;

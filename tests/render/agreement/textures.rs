@@ -40,7 +40,7 @@ fn packed(colours: &[[f64; 3]], width: u32, texel: fn([f64; 3]) -> ([f64; 3], f6
 }
 
 /// Numbers of one or two bytes.
-fn numbers(values: &[f64], width: u32, size: usize, scale: f64) -> Arc<Image> {
+pub fn numbers(values: &[f64], width: u32, size: usize, scale: f64) -> Arc<Image> {
     let most = (1u64 << (8 * size)) as f64 - 1.0;
     let bytes = values.iter().flat_map(|v| ((v * most).round() as u64).to_le_bytes()[..size].to_vec());
     image_of(values.len(), width, Texels::Numbers { stored: Arc::new(Packed::new(size, bytes.collect())), scale })
@@ -53,11 +53,11 @@ fn bins(count: usize, width: u32) -> Arc<Image> {
     image_of(count, width, Texels::Spectra { stored: Arc::new(Spectra::new(edges, values)), hold: true })
 }
 
-fn texture(image: Arc<Image>, wrap: [Wrap; 2], to_image: [[f64; 3]; 2]) -> ImageTexture {
+pub fn texture(image: Arc<Image>, wrap: [Wrap; 2], to_image: [[f64; 3]; 2]) -> ImageTexture {
     ImageTexture { image, wrap, nearest: false, to_image, factor: Spectrum::Constant(1.0), cutoff: None, set: 0, tinted: false }
 }
 
-fn on(texture: ImageTexture) -> Texture {
+pub fn on(texture: ImageTexture) -> Texture {
     Texture::Image(Arc::new(texture))
 }
 
@@ -167,7 +167,7 @@ pub fn roughness() -> Scene {
     let glass = graded(&mut s, &|alpha| Material::Dielectric { interior: 1, alpha, tint: None });
     shape(&mut s, glass, ball(dvec3(0.4, 0.4, 0.3), 0.35));
     let paint = material(&mut s, Material::Diffuse { reflectance: picture.clone() });
-    let coat = graded(&mut s, &|alpha| Material::Coated { base: paint, ior: flint(), alpha });
+    let coat = graded(&mut s, &|alpha| Material::Coated { base: paint, ior: flint(), alpha, seen: false });
     shape(&mut s, coat, quad(dvec3(-2.0, 0.0, -1.0), DVec3::X * 4.0, DVec3::Y * 3.0));
     // Its mirror images are as wide as what they are seen in is rough.
     lamp(&mut s, sphere(dvec3(-0.4, 0.8, 0.0), 0.25), ramp(2.0, 4.0));

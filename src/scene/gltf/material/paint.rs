@@ -1,7 +1,6 @@
 //! Paint of glTF: its colour, what lies on it as gloss, and what light gets through it.
 
-use super::{Reader, colour, factor, is_one};
-use crate::bsdf::coat::Coat;
+use super::{Reader, colour, factor, is_one, rgb_texture};
 use crate::bsdf::energy::ETA_MAX;
 use crate::bsdf::fresnel;
 use crate::color::upsample;
@@ -22,7 +21,7 @@ impl Reader<'_, '_, '_> {
                 return Ok(texture);
             }
         }
-        Ok(upsample::reflectance_from_linear_srgb(rgb).map_err(|e| self.node.fail(e, "use another colour"))?.into())
+        rgb_texture(self.node, rgb)
     }
 
     /// A colour as the vertices tint it, if they do.
@@ -45,34 +44,16 @@ impl Reader<'_, '_, '_> {
         }))
     }
 
-    /// The base colour; that of paint under a coat of index `coat`, if there is one. Colours of glTF are those that are seen: its coats send nothing down
-    /// again (glTF 2.0, appendix B.3.2), and what ours do is given back.
-    pub(super) fn base_colour(&mut self, coat: Option<f64>) -> Result<Texture> {
+    /// The base colour.
+    pub(super) fn base_colour(&mut self) -> Result<Texture> {
         let base = colour(self.pbr.as_ref(), "baseColorFactor", [1.0; 3], 1.0)?;
-        if let Some(info) = self.info("baseColorTexture") {
-            let wanted = coat.map_or(Use::Reflectance(base), |eta| Use::Paint(base, eta));
-            if let Some(texture) = self.textures.read(&info, self.uv_sets, wanted, Spectrum::Constant(1.0), None)? {
-                return Ok(self.tinted(texture));
-            }
-        }
-        let base = coat.map_or(base, |eta| base.map(|seen| Coat { eta, rough: None }.paint_of(seen)));
-        let colour = upsample::reflectance_from_linear_srgb(base).map_err(|e| self.node.fail(e, "use another colour"))?;
-        Ok(self.tinted(colour.into()))
+        let color = self.colour_of(base, "baseColorTexture")?;
+        Ok(self.tinted(color))
     }
 
-    /// Paint, under a coat of index `coat` if there is one; KHR_materials_diffuse_transmission lets some light through it.
-    pub(super) fn paint(&mut self, coat: Option<f64>) -> Result<usize> {
-        if let Some((_, known)) = self.paints.iter().find(|(of, _)| *of == coat) {
-            return Ok(*known);
-        }
-        let paint = self.paint_anew(coat)?;
-        self.paints.push((coat, paint));
-        Ok(paint)
-    }
-
-    pub(super) fn paint_anew(&mut self, coat: Option<f64>) -> Result<usize> {
-        let reflectance = self.base_colour(coat)?;
-        let paint = self.push(Material::Diffuse { reflectance });
+    /// Paint of this colour; KHR_materials_diffuse_transmission lets some light through it.
+    pub(super) fn paint(&mut self, reflectance: &Texture) -> Result<usize> {
+        let paint = self.push(Material::Diffuse { reflectance: reflectance.clone() });
         let Some(node) = self.extension("KHR_materials_diffuse_transmission") else { return Ok(paint) };
         let share = factor(Some(&node), "diffuseTransmissionFactor", 0.0, 1.0)?;
         let share = self.share(share, "diffuseTransmissionTexture", 3, None)?;
@@ -88,49 +69,76 @@ impl Reader<'_, '_, '_> {
         Ok(self.mix(sheet, paint, share))
     }
 
-    /// Paint with its gloss, as much of it and of the colour as KHR_materials_specular says.
-    pub(super) fn glossy(&mut self, rough: &Roughness) -> Result<usize> {
+    /// A coat on paint, whose colour is the one that is seen: coats of glTF send nothing down again (glTF 2.0, appendix B.3.2).
+    pub(super) fn coated(&mut self, base: usize, ior: &Ior, roughness: &Roughness) -> usize {
+        self.push_rough(roughness, |alpha| Material::Coated { base, ior: ior.clone(), alpha, seen: true })
+    }
+
+    /// The index that gives what is reflected at normal incidence its colour, and the share of a mirror where that is more than a coat reflects.
+    pub(super) fn gloss(&mut self) -> Result<(Ior, Option<Spectrum>)> {
+        let ior = self.ior()?;
+        let rgb = colour(self.extension("KHR_materials_specular").as_ref(), "specularColorFactor", [1.0; 3], f64::MAX)?;
+        let range = self.loader.reader.range;
+        let at_normal = |nm: f64| ior.as_ref().map_or(1.0, |ior| fresnel::dielectric(1.0, ior.eval(nm)));
+        // Above this much at normal incidence coats end: what more there is, a mirror reflects.
+        let by_coat = fresnel::dielectric(1.0, ETA_MAX);
+        if let Some(ior) = ior.as_ref().filter(|_| rgb == [1.0; 3] && at_normal(range.0).max(at_normal(range.1)) <= by_coat) {
+            return Ok((ior.clone(), None));
+        }
+        let rgb = rgb.map(|c| (c * at_normal(LINE_D_NM)).min(1.0));
+        let f0 = upsample::reflectance_from_linear_srgb(rgb).map_err(|e| self.node.fail(e, "use another colour"))?;
+        let by_f0 = |f: &dyn Fn(f64) -> f64| match f0 {
+            Spectrum::Constant(f0) => Spectrum::Constant(f(f0)),
+            _ => Spectrum::sampled(range, |nm| f(f0.eval(nm))),
+        };
+        let index = |f0: f64| (1.0 + f0.min(by_coat).sqrt()) / (1.0 - f0.min(by_coat).sqrt());
+        let mirror = by_f0(&|f0| ((f0 - by_coat) / (1.0 - by_coat)).max(0.0));
+        let mirror = Some(mirror).filter(|share| share.mean(range.0, range.1) > 0.0);
+        Ok((Ior::of_spectrum(&by_f0(&index), range), mirror))
+    }
+
+    /// `glossy` where there is reflection, as much of it and of its colour as KHR_materials_specular says, and `bare` where there is none.
+    fn by_specular(&mut self, glossy: usize, bare: usize) -> Result<usize> {
         let node = self.extension("KHR_materials_specular");
         let specular = factor(node.as_ref(), "specularFactor", 1.0, 1.0)?;
         let specular = self.share(specular, "specularTexture", 3, None)?;
-        let ior = self.ior()?;
-        let rgb = colour(node.as_ref(), "specularColorFactor", [1.0; 3], f64::MAX)?;
+        // A picture of that colour takes from all reflection alike.
+        let picture = self.colour_of([1.0; 3], "specularColorTexture")?;
+        let glossy = if is_one(&picture) { glossy } else { self.mix(glossy, bare, picture) };
+        Ok(if is_one(&specular) { glossy } else { self.mix(glossy, bare, specular) })
+    }
+
+    /// Paint with its gloss.
+    pub(super) fn glossy(&mut self, paint: usize, rough: &Roughness) -> Result<usize> {
+        let (coat, mirror) = self.gloss()?;
         let range = self.loader.reader.range;
-        let at_normal = |nm: f64| ior.as_ref().map_or(1.0, |ior| fresnel::dielectric(1.0, ior.eval(nm)));
-        let coloured = rgb != [1.0; 3];
-        // Above this much at normal incidence coats end: what more there is, a mirror reflects.
-        let by_coat = fresnel::dielectric(1.0, ETA_MAX);
-        let (coat, mirror) = match &ior {
-            Some(ior) if !coloured && at_normal(range.0).max(at_normal(range.1)) <= by_coat => (ior.clone(), None),
-            _ => {
-                let rgb = rgb.map(|c| (c * at_normal(LINE_D_NM)).min(1.0));
-                let f0 = upsample::reflectance_from_linear_srgb(rgb).map_err(|e| self.node.fail(e, "use another colour"))?;
-                let by_f0 = |f: &dyn Fn(f64) -> f64| match f0 {
-                    Spectrum::Constant(f0) => Spectrum::Constant(f(f0)),
-                    _ => Spectrum::sampled(range, |nm| f(f0.eval(nm))),
-                };
-                let index = |f0: f64| (1.0 + f0.min(by_coat).sqrt()) / (1.0 - f0.min(by_coat).sqrt());
-                let mirror = by_f0(&|f0| ((f0 - by_coat) / (1.0 - by_coat)).max(0.0));
-                (Ior::of_spectrum(&by_f0(&index), range), Some(mirror))
-            }
-        };
-        if specular.is_zero() || coat.matches(&Ior::constant(1.0), range.0, range.1) {
-            return self.paint(None);
+        if coat.matches(&Ior::constant(1.0), range.0, range.1) {
+            return Ok(paint);
         }
-        let under = self.paint(Some(coat.nd()))?;
-        let mut glossy = self.push_rough(rough, |alpha| Material::Coated { base: under, ior: coat.clone(), alpha });
-        if let Some(share) = mirror.filter(|share| share.mean(range.0, range.1) > 0.0) {
+        let mut glossy = self.coated(paint, &coat, rough);
+        if let Some(share) = mirror {
             let white = Texture::from(Spectrum::Constant(1.0));
             let mirror = self.push_rough(rough, |alpha| Material::ColoredConductor { reflectance: white.clone(), alpha });
             glossy = self.mix(mirror, glossy, share.into());
         }
-        // A picture of that colour takes from all reflection alike.
-        let picture = self.colour_of([1.0; 3], "specularColorTexture")?;
-        if is_one(&picture) && is_one(&specular) {
-            return Ok(glossy);
+        self.by_specular(glossy, paint)
+    }
+
+    /// Glass that reflects as much as KHR_materials_specular says: a pane lets the rest through. Of solid glass the index says how much it reflects.
+    pub(super) fn less_specular(&mut self, glass: usize, tint: &Texture, rough: &Roughness) -> Result<usize> {
+        let Some(node) = self.extension("KHR_materials_specular") else { return Ok(glass) };
+        if self.is_solid(glass) {
+            let keys = ["specularFactor", "specularTexture", "specularColorFactor", "specularColorTexture"];
+            if keys.into_iter().any(|key| node.get(key).is_some()) {
+                self.note(
+                    "factor and colour of what solid glass reflects: ignored, its index says how much (KHR_materials_specular)",
+                );
+            }
+            return Ok(glass);
         }
-        let paint = self.paint(None)?;
-        let glossy = self.mix(glossy, paint, picture);
-        Ok(self.mix(glossy, paint, specular))
+        let (ior, depth) = (Ior::constant(1.0), Spectrum::Constant(0.0));
+        let clear = |alpha| Material::ThinDielectric { ior: ior.clone(), alpha, tint: Some(tint.clone()), depth: depth.clone() };
+        let clear = self.push_rough(rough, clear);
+        self.by_specular(glass, clear)
     }
 }

@@ -1,0 +1,194 @@
+//! Looks of glTF: what becomes of its materials.
+
+use crate::gltf::{base64, document, load_document};
+use abbe::scene::{Material, Scene};
+use serde_json::{Value, json};
+
+/// A picture of one row, as a data URI.
+fn picture(texels: &[[u8; 4]]) -> String {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, texels.len() as u32, 1);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.write_header().unwrap().write_image_data(texels.as_flattened()).unwrap();
+    format!("data:image/png;base64,{}", base64(&file))
+}
+
+/// The square with this material, of which texture 0 shows these texels; the scene and the index of its material.
+fn of_material(name: &str, material: Value, texels: &[[u8; 4]]) -> (Scene, usize) {
+    let mut file = document();
+    file["materials"][0] = material;
+    file["textures"] = json!([{"source": 0, "sampler": 0}]);
+    file["samplers"] = json!([{"magFilter": 9728}]);
+    file["images"] = json!([{"uri": picture(texels)}]);
+    let scene = load_document(name, &file).unwrap_or_else(|e| panic!("{e}"));
+    let material = scene.shapes[0].material;
+    (scene, material)
+}
+
+const WHITE: [u8; 4] = [255; 4];
+
+fn near(a: f64, b: f64) {
+    assert!((a - b).abs() < 2e-3, "{a} instead of {b}");
+}
+
+#[test]
+fn colours_of_vertices_tint_what_is_not_lit() {
+    let mut file = document();
+    file["materials"][0] = json!({"extensions": {"KHR_materials_unlit": {}}});
+    // The positions, in [0, 1], as colours.
+    file["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(0);
+    let scene = load_document("unlit-vertices", &file).unwrap_or_else(|e| panic!("{e}"));
+    let radiance = &scene.shapes[0].emission.as_ref().expect("it shines").radiance;
+    assert!(radiance.image().is_some_and(|picture| picture.tinted));
+    let abbe::scene::Geometry::Mesh(mesh) = &scene.shapes[0].geometry else { panic!("no mesh") };
+    // Black where the first vertex is, and red at the second.
+    let at = |shares| radiance.eval(650.0, mesh.coordinates(0, shares));
+    assert!(at([0.0, 0.0]) < 1e-3 * at([1.0, 0.0]), "{} {}", at([0.0, 0.0]), at([1.0, 0.0]));
+    assert!(scene.notes.iter().all(|note| !note.contains("COLOR_0")), "{:?}", scene.notes);
+}
+
+/// What is reflected at normal incidence, and the rest's share of paint, as the extension defines them.
+#[test]
+fn specular_and_glossiness_reflect_what_they_say_at_normal_incidence() {
+    for (f0, diffuse) in [([1.0, 0.77, 0.34], 0.3), ([0.56; 3], 0.5), ([0.2, 0.1, 0.04], 0.5), ([0.04; 3], 0.5), ([0.02; 3], 0.5)]
+    {
+        let extension = json!({"specularFactor": f0, "diffuseFactor": [diffuse, diffuse, diffuse, 1], "glossinessFactor": 0.5});
+        let material = json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": extension}});
+        let (scene, m) = of_material("older", material, &[WHITE]);
+        let (mirror, glossy, share) = match &scene.materials[m] {
+            Material::Mix { a, b, weight } => (Some(*a), *b, weight.average(550.0)),
+            Material::ColoredConductor { .. } => (Some(m), m, 1.0),
+            _ => (None, m, 0.0),
+        };
+        let color = |nm: f64| match mirror.map(|m| &scene.materials[m]) {
+            Some(Material::ColoredConductor { reflectance, alpha }) => {
+                near(*alpha, 0.25);
+                reflectance.average(nm)
+            }
+            Some(other) => panic!("{other:?}"),
+            None => 0.0,
+        };
+        let by_gloss = match &scene.materials[glossy] {
+            Material::Coated { base, ior, seen: true, .. } => {
+                let Material::Diffuse { reflectance } = &scene.materials[*base] else { panic!("no paint") };
+                near(reflectance.average(550.0), diffuse);
+                ((ior.eval(550.0) - 1.0) / (ior.eval(550.0) + 1.0)).powi(2)
+            }
+            _ => 0.0,
+        };
+        // Red is the greatest of these, and blue the least.
+        let seen = |nm: f64| share * color(nm) + (1.0 - share) * by_gloss;
+        assert!((seen(640.0) - f0[0]).abs() < 0.03, "{f0:?}: {} {}", seen(640.0), seen(450.0));
+        assert!((seen(450.0) - f0[2]).abs() < 0.05, "{f0:?}: {} {}", seen(640.0), seen(450.0));
+        // Paint keeps 1 - f0 of its colour, but for what gloss takes.
+        near((1.0 - share) * (1.0 - 0.04f64.min(f0[0])), 1.0 - f0[0]);
+    }
+}
+
+#[test]
+fn pictures_of_specular_colour_and_glossiness_are_read_texel_by_texel() {
+    let extension = json!({"specularGlossinessTexture": {"index": 0}, "diffuseFactor": [0.5, 0.5, 0.5, 1]});
+    let material = json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": extension}});
+    // Gold, and paint, whose .04 is 56 in sRGB.
+    let (scene, m) = of_material("older-picture", material, &[[255, 226, 157, 255], [56, 56, 56, 0]]);
+    let Material::Mix { a, weight, .. } = &scene.materials[m] else { panic!("{:?}", scene.materials[m]) };
+    let at = |texture: &abbe::scene::Texture, texel: usize, nm| texture.image().expect("a picture").image.eval(texel, nm);
+    near(at(weight, 0, 550.0), 1.0);
+    assert!(at(weight, 1, 550.0) < 0.005);
+    let Material::Graded { first, roughness, .. } = &scene.materials[*a] else { panic!("not graded") };
+    assert_eq!([0, 1].map(|texel| at(roughness, texel, 550.0)), [0.0, 1.0]);
+    let Material::ColoredConductor { reflectance, .. } = &scene.materials[*first] else { panic!("no metal") };
+    assert!((at(reflectance, 0, 450.0) - 0.34).abs() < 0.05 && at(reflectance, 0, 640.0) > 0.95);
+}
+
+/// Thickness goes with green from the minimum to the maximum: in the middle it is in the middle.
+#[test]
+fn a_picture_says_how_thick_a_film_is() {
+    let extension = json!({"iridescenceFactor": 1, "iridescenceIor": 1.4, "iridescenceThicknessMinimum": 200, "iridescenceThicknessMaximum": 500,
+        "iridescenceThicknessTexture": {"index": 0}});
+    let material = json!({"pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1], "roughnessFactor": 0.5},
+        "extensions": {"KHR_materials_iridescence": extension}});
+    let (scene, m) = of_material("thickness", material, &[[0, 0, 0, 255], [0, 128, 0, 255], [0, 255, 0, 255]]);
+    let Material::Graded { first, levels, roughness } = &scene.materials[m] else { panic!("{:?}", scene.materials[m]) };
+    for (texel, thickness) in [200.0, 200.0 + 300.0 * 128.0 / 255.0, 500.0].into_iter().enumerate() {
+        let picture = roughness.image().expect("a picture");
+        let (level, share) = abbe::scene::roughness::level_at(picture.image.eval(texel, 550.0), levels);
+        let of = |level: usize| scene.thin_films[&(first + level)].thickness_nm;
+        assert!((of(level) * (1.0 - share) + of(level + 1) * share - thickness).abs() < 0.1, "{level} {share}");
+        assert!(of(level + 1) - of(level) <= 10.0 + 1e-9);
+    }
+    assert!(scene.notes.iter().all(|note| !note.contains("thickness")), "{:?}", scene.notes);
+}
+
+/// Red and green are the direction, blue the strength (KHR_materials_anisotropy).
+#[test]
+fn a_picture_says_where_a_grain_points_and_how_strong_it_is() {
+    let extension = json!({"anisotropyStrength": 0.8, "anisotropyRotation": 0.1, "anisotropyTexture": {"index": 0}});
+    let material =
+        json!({"pbrMetallicRoughness": {"roughnessFactor": 0.5}, "extensions": {"KHR_materials_anisotropy": extension}});
+    let texels = [[255, 128, 255, 255], [128, 255, 128, 255], [0, 128, 0, 255], [218, 218, 255, 255]];
+    let (scene, m) = of_material("grain", material, &texels);
+    let level = |m: usize, texel: usize| match &scene.materials[m] {
+        Material::Graded { first, levels, roughness } => {
+            let value = roughness.image().expect("a picture").image.eval(texel, 550.0);
+            let (level, share) = abbe::scene::roughness::level_at(value, levels);
+            first + level + usize::from(share > 0.5)
+        }
+        other => panic!("{other:?}"),
+    };
+    let half = std::f64::consts::PI;
+    for (texel, direction, strength) in [(0, 0.0, 0.8), (1, half / 2.0, 0.4), (2, 0.0, 0.0), (3, half / 4.0, 0.8)] {
+        let brushed = level(level(m, texel), texel);
+        match scene.grains.get(&brushed) {
+            Some(grain) => {
+                let off = (grain.rotation - 0.1 - direction) / half;
+                assert!((off - off.round()).abs() < 0.02, "{texel}: {grain:?}");
+                near(grain.strength, strength);
+            }
+            None => near(strength, 0.0),
+        }
+    }
+}
+
+/// A pane reflects as much as KHR_materials_specular says, and lets the rest through as a pane does.
+#[test]
+fn panes_reflect_what_their_specular_factor_leaves() {
+    let material = json!({"pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0, "baseColorFactor": [0.5, 0.5, 0.5, 1]},
+        "extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_specular": {"specularFactor": 0.25}}});
+    let (scene, m) = of_material("pane", material, &[WHITE]);
+    let Material::Mix { a, b, weight } = &scene.materials[m] else { panic!("{:?}", scene.materials[m]) };
+    near(weight.average(550.0), 0.25);
+    for (m, n) in [(*a, 1.5), (*b, 1.0)] {
+        let Material::ThinDielectric { ior, tint: Some(tint), .. } = &scene.materials[m] else { panic!("no pane") };
+        near(ior.eval(550.0), n);
+        near(tint.average(550.0), 0.5);
+    }
+}
+
+/// Between a few metals, in proportion at each wavelength: where a texel is as one of them, it is that.
+#[test]
+fn films_lie_on_metals_of_a_pictured_colour() {
+    let extension = json!({"iridescenceFactor": 1, "iridescenceIor": 1.4, "iridescenceThicknessMaximum": 300});
+    let material = json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "roughnessFactor": 0.5},
+        "extensions": {"KHR_materials_iridescence": extension}});
+    // Reflectances of .04, .4 and 1, in sRGB.
+    let (scene, mut m) = of_material("film-picture", material, &[[56, 56, 56, 255], [170, 170, 170, 255], WHITE]);
+    let mut metals = Vec::new();
+    while let Material::Mix { a, b, weight } = &scene.materials[m] {
+        metals.push((*a, [0, 1, 2].map(|texel| weight.image().expect("a picture").image.eval(texel, 550.0))));
+        m = *b;
+    }
+    let reflected = |m: usize| match &scene.materials[m] {
+        Material::Conductor { eta, .. } => ((eta.eval(550.0) - 1.0) / (eta.eval(550.0) + 1.0)).powi(2),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(metals.len(), 2);
+    for (metal, reflects, weights) in
+        [(metals[0].0, 0.98, [0.0, 0.0, 1.0]), (metals[1].0, 0.4, [0.0, 1.0, 1.0]), (m, 0.04, [0.0; 3])]
+    {
+        near(reflected(metal), reflects);
+        assert!(scene.thin_films.contains_key(&metal));
+        let found = metals.iter().find(|(other, _)| *other == metal).map_or([0.0; 3], |(_, found)| *found);
+        assert!(found.iter().zip(weights).all(|(a, b)| (a - b).abs() < 0.01), "{found:?}");
+    }
+}
