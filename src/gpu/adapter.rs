@@ -119,7 +119,7 @@ pub fn list_adapters() -> Vec<AdapterInfo> {
 /// Bytes read back at a time: what is on the way is held a second time.
 const READ_BYTES: u64 = 8 << 20;
 
-/// Fewest storage textures of a stage that tables are bound as: what a scene needs.
+/// Storage textures of a stage that tables are bound as, where there are so many: as many as a scene needs.
 const STORAGE_TEXTURES: u32 = 12;
 
 /// What an adapter that has `limits` is asked for: room for large scenes and films, and for tables as textures; in all else no more than core WebGPU has.
@@ -128,7 +128,7 @@ fn limits(limits: &wgpu::Limits) -> wgpu::Limits {
         max_texture_dimension_2d: limits.max_texture_dimension_2d,
         max_buffer_size: limits.max_buffer_size,
         max_storage_buffer_binding_size: limits.max_storage_buffer_binding_size,
-        max_storage_textures_per_shader_stage: limits.max_storage_textures_per_shader_stage,
+        max_storage_textures_per_shader_stage: limits.max_storage_textures_per_shader_stage.min(STORAGE_TEXTURES),
         max_compute_workgroups_per_dimension: limits.max_compute_workgroups_per_dimension,
         ..wgpu::Limits::default().or_worse_values_from(limits)
     }
@@ -389,5 +389,31 @@ impl Gpu {
             staging.unmap();
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_more_is_asked_for_than_is_needed_and_there() {
+        let core = wgpu::Limits::default();
+        let generous = wgpu::Limits {
+            max_storage_textures_per_shader_stage: 1 << 20,
+            max_storage_buffers_per_shader_stage: 1 << 20,
+            max_uniform_buffer_binding_size: 1 << 30,
+            max_compute_workgroup_storage_size: 1 << 20,
+            max_compute_invocations_per_workgroup: 1 << 12,
+            max_buffer_size: 1 << 40,
+            ..core.clone()
+        };
+        let textures = STORAGE_TEXTURES;
+        let asked = limits(&generous);
+        let needed = wgpu::Limits { max_storage_textures_per_shader_stage: textures, max_buffer_size: 1 << 40, ..core.clone() };
+        assert_eq!(asked, needed);
+        for has in [core, wgpu::Limits::downlevel_defaults()] {
+            assert!(limits(&has).check_limits(&has));
+        }
     }
 }

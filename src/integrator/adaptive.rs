@@ -26,8 +26,10 @@ pub(super) struct Adaptive {
     width: usize,
     /// Pixels count by luminance; where the bins are not visible, by the sum over them.
     by_luminance: bool,
-    /// Samples of each block over the mean of all.
+    /// Samples of each block over the mean of all, in the batch under way and in the next ones: what a batch settles counts from the second one after it on,
+    /// so that the adapter need not wait for it.
     rates: Vec<f64>,
+    next: Vec<f64>,
     /// What camera paths brought to each pixel in the batch before, `[pixel]`, per sample.
     before: Vec<f32>,
     /// Samples of that batch.
@@ -51,6 +53,7 @@ impl Adaptive {
             width,
             by_luminance: is_visible(min_nm, max_nm),
             rates: vec![1.0; blocks],
+            next: vec![1.0; blocks],
             before: vec![0.0; width * height],
             spp_before: 0,
             total: 0.0,
@@ -69,26 +72,22 @@ impl Adaptive {
 
     /// Rates of the blocks of `tile` in a batch of `spp` samples, row by row.
     pub(super) fn rates(&self, tile: Tile, spp: u32) -> Vec<f64> {
-        self.blocks(tile).map(|block| self.rate(block, spp)).collect()
+        self.blocks(tile).map(|block| if spp < LEAST_SHARED { 1.0 } else { self.rates[block] }).collect()
     }
 
-    fn rate(&self, block: usize, spp: u32) -> f64 {
-        if spp < LEAST_SHARED { 1.0 } else { self.rates[block] }
+    /// After all tiles of a batch were traced, of which the last is yet to be learned from.
+    pub(super) fn finish_batch(&mut self) {
+        self.rates.clone_from(&self.next);
     }
 
-    /// Whether rates of the next batch, of `spp` samples, are those of the one before only once that is settled.
-    pub(super) fn is_about_to_settle(&self, spp: u32) -> bool {
-        spp >= LEAST_SHARED && (self.batches + 1).is_multiple_of(BATCHES)
-    }
-
-    /// Takes note of what camera paths alone brought to the pixels of `tile` in this batch, radiance and Y, as sums that stand for `spp` samples each;
-    /// `film` has had the batch. To be called for every tile, and then [`Adaptive::settle`].
-    pub(super) fn learn(&mut self, tile: Tile, by_camera: &[[f32; 2]], spp: u32, film: &Film) {
+    /// Takes note of what camera paths alone brought to the pixels of `tile`, radiance and Y, at these rates of its blocks, as sums that stand for `spp`
+    /// samples each; `film` has had the batch. To be called for every tile, and then [`Adaptive::settle`].
+    pub(super) fn learn(&mut self, (tile, rates): (Tile, &[f64]), by_camera: &[[f32; 2]], spp: u32, film: &Film) {
         let is_pair = self.batches % 2 == 1 && self.mean > 0.0 && self.spp_before == spp;
         let floor = 0.01 * self.mean * self.mean;
         let columns = tile.width as usize;
         let place = |i: usize| (tile.x as usize + i % columns, tile.y as usize + i / columns);
-        let block_of = |(x, y): (usize, usize)| y / 8 * self.across + x / 8;
+        let rate = |i: usize| rates[i / columns / 8 * columns.div_ceil(8) + i % columns / 8];
         let of_pixel = |(i, [radiance, luminance]): (usize, &[f32; 2])| {
             let (x, y) = place(i);
             let pixel = y * self.width + x;
@@ -99,7 +98,7 @@ impl Adaptive {
             };
             let value = value / spp as f32;
             let deviation = f64::from(value) - f64::from(self.before[pixel]);
-            let samples = f64::from(spp) * self.rate(block_of((x, y)), spp);
+            let samples = f64::from(spp) * rate(i);
             (value, known, samples * deviation * deviation / (known * known + floor))
         };
         let of_pixels: Vec<(f32, f64, f64)> = by_camera.par_iter().with_min_len(1024).enumerate().map(of_pixel).collect();
@@ -119,15 +118,17 @@ impl Adaptive {
         self.mean = std::mem::take(&mut self.total) / self.before.len() as f64;
         self.batches += 1;
         if self.batches.is_multiple_of(BATCHES) {
-            self.rates = rates(&self.squares);
+            self.next = rates(&self.squares);
         }
     }
 }
 
 impl Persistent for Adaptive {
     fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
-        let Adaptive { across: _, width: _, by_luminance: _, rates, before, spp_before, total, mean, squares, batches } = self;
+        let Adaptive { across: _, width: _, by_luminance: _, rates, next, before, spp_before, total, mean, squares, batches } =
+            self;
         state.slice(rates)?;
+        state.slice(next)?;
         state.slice(before)?;
         state.value(spp_before)?;
         state.value(total)?;
@@ -191,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn a_block_of_noise_has_more_samples_from_the_fifth_batch_on() {
+    fn a_block_of_noise_has_more_samples_from_the_sixth_batch_on() {
         let settings = FilmSettings {
             width: 16,
             height: 20,
@@ -202,8 +203,10 @@ mod tests {
         };
         let (mut adaptive, mut film) = (Adaptive::new(&settings), Film::new(&settings));
         let tiles = [Tile { x: 0, y: 0, width: 16, height: 8 }, Tile { x: 0, y: 8, width: 16, height: 12 }];
+        let all = |adaptive: &Adaptive| tiles.map(|tile| adaptive.rates(tile, 4)).concat();
         for batch in 0..4 {
-            assert!(tiles.iter().all(|&tile| adaptive.rates(tile, 4).iter().all(|&rate| rate == 1.0)));
+            assert_eq!(all(&adaptive), [1.0; 6]);
+            adaptive.finish_batch();
             for tile in tiles {
                 // Pixels at (8, 8) and beyond, but not those of the last rows, are 1 and 3 in turns, the others always 2.
                 let value = |i: u32| {
@@ -214,12 +217,15 @@ mod tests {
                 let sums: Vec<f32> = values.iter().flat_map(|v| [*v, *v, 0.0, 4.0 * v, 0.0]).collect();
                 film.add_batch(tile, &sums, 4);
                 let by_camera: Vec<[f32; 2]> = values.iter().map(|v| [2.0 * v, 4.0 * v]).collect();
-                adaptive.learn(tile, &by_camera, 4, &film);
+                let even = vec![1.0; tile.width.div_ceil(8) as usize * tile.height.div_ceil(8) as usize];
+                adaptive.learn((tile, &even), &by_camera, 4, &film);
             }
             adaptive.settle(4);
         }
-        let rates: Vec<f64> = tiles.iter().flat_map(|&tile| adaptive.rates(tile, 4)).collect();
-        assert_eq!(rates.len(), 6);
+        // The fifth may be under way.
+        assert_eq!(all(&adaptive), [1.0; 6]);
+        adaptive.finish_batch();
+        let rates = all(&adaptive);
         assert!(rates[3] > 3.0, "{rates:?}");
         assert!(rates.iter().enumerate().all(|(block, &rate)| block == 3 || rate < 0.6), "{rates:?}");
     }

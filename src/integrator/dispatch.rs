@@ -170,6 +170,8 @@ mod tests {
         for cost in [1e-6, 1e-5, 1e-4, 1e-3, 4e-3] {
             let times = dispatches((0..(2.0 / cost) as u32).map(|_| cost));
             assert!(times.iter().all(|t| *t < 0.1), "{cost} s each: {:?}", times.iter().copied().fold(0.0, f64::max));
+            // The first one takes 5 ms at most, or two workgroups, and each next one twice as long.
+            assert!(times[0] <= (2.0 * cost).max(5e-3) && times.windows(2).all(|t| t[1] < 2.01 * t[0]), "{cost} s each");
             // And are not so short that starting them is what takes the time.
             let late = &times[times.len() / 2..times.len() - 1];
             assert!(late.iter().all(|t| *t > 0.03), "{cost} s each: {:?}", late.iter().copied().fold(1.0, f64::min));

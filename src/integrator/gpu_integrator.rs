@@ -425,8 +425,7 @@ impl GpuIntegrator {
         let sums = TileSums { tile, spp: passes.count, channels, film, earlier, splats, quantum };
         let light_paths = self.light_paths(passes);
         if let Some((guide, report)) = self.learned.guide.as_mut().zip(report) {
-            let (radiance, ()) = rayon::join(|| sums.radiance(), || guide.learn(cast_slice(&report), light_paths));
-            guide.see((self.params.image_width, self.params.image_height), tile, &radiance, passes.count);
+            guide.learn(cast_slice(&report), light_paths);
         }
         Ok(sums)
     }
@@ -509,9 +508,6 @@ impl GpuIntegrator {
     fn batch(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats> {
         let Batch { index, first_pass, spp } = batch;
         if self.learned.tiles_done == 0 {
-            if self.learned.adaptive.as_ref().is_some_and(|a| a.is_about_to_settle(spp)) {
-                self.land(film);
-            }
             self.probe(batch, film)?;
         }
         let tiles = self.tiles();
@@ -522,28 +518,33 @@ impl GpuIntegrator {
             let sums = self.bring_back(tile, passes, traced.earlier)?;
             self.learned.stats += traced.stats;
             self.learned.tiles_done += 1;
-            self.landing.begin(sums, self.learned.tiles_done == tiles.len());
+            if let Some((guide, seen)) = self.learned.guide.as_mut().zip(self.learned.seen.as_mut()) {
+                guide.brightness.take(seen);
+            }
+            self.landing.begin(sums, rates, self.learned.tiles_done == tiles.len());
         }
         Ok(self.learned.finish_batch(self.sample_bounds))
     }
 
     /// Traces passes over a tile while the one before goes into the film.
     fn trace_meanwhile(&mut self, tile: Tile, passes: Passes, rates: &[f64], film: &mut Film) -> Result<Traced> {
-        let (mut landing, mut adaptive) = (take(&mut self.landing), self.learned.adaptive.take());
+        let (mut landing, mut seen, mut adaptive) =
+            (take(&mut self.landing), self.learned.seen.take(), self.learned.adaptive.take());
         let (faults, mut cut) = (self.gpu.faults.clone(), 0);
         let traced = rayon::in_place_scope(|scope| {
-            scope.spawn(|_| cut = landing.land(film, adaptive.as_mut()));
+            scope.spawn(|_| cut = landing.land(film, seen.as_mut(), adaptive.as_mut()));
             // A panic must not take along what was moved out.
             faults.guard(|| self.trace(tile, passes, rates))
         });
-        (self.landing, self.learned.adaptive) = (landing, adaptive);
+        (self.landing, self.learned.seen, self.learned.adaptive) = (landing, seen, adaptive);
         self.learned.stats.dropped_saturated += cut;
         traced
     }
 
     /// Brings what is left of the tile before into the film.
     pub(super) fn land(&mut self, film: &mut Film) {
-        self.learned.stats.dropped_saturated += self.landing.land(film, self.learned.adaptive.as_mut());
+        self.learned.stats.dropped_saturated +=
+            self.landing.land(film, self.learned.seen.as_mut(), self.learned.adaptive.as_mut());
     }
 
     /// [`Renderer::aovs`], unguarded.

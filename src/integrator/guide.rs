@@ -6,8 +6,8 @@
 //! defensive share by volume. A tree is grown anew from what the paths of the last one reported, whenever that is twice as much (Mueller et al. 2017,
 //! "Practical path guiding"). Guiding samples are sorted first: nothing depends on the order in which paths end.
 
+use super::brightness::{BLOCKS, Brightness};
 use crate::error::Result;
-use crate::film::Tile;
 use crate::gpu::{Gpu, Resource, Staging};
 use crate::state::{Persistent, State, invalid};
 use bytemuck::{Pod, Zeroable};
@@ -17,8 +17,6 @@ use std::io;
 
 /// Dimensions: a point on the light (2), a direction (2), the choice of a light, that of the wavelength kept where they part.
 pub(super) const AXES: usize = 6;
-/// The picture's brightness is kept in this many blocks along each side.
-pub(super) const BLOCKS: usize = 32;
 /// Texel of the root, after the blocks.
 pub(super) const ROOT: usize = BLOCKS * BLOCKS;
 /// Most nodes.
@@ -73,8 +71,8 @@ pub(super) struct Guide {
     axes: [bool; AXES],
     /// Axes whose lower half is aimed at what bends light and whose upper half is not: what is told of the one says nothing about the other.
     aims: [bool; AXES],
-    /// Sums over the pixels of each block of their radiance (sum over bins), and samples.
-    brightness: Vec<(f64, f64)>,
+    /// What the error of a pixel is relative to, by all tiles but the last one.
+    pub brightness: Brightness,
     /// Where the light pass stores them.
     pub guiding_samples: Resource,
     staging: Staging,
@@ -105,7 +103,7 @@ impl Guide {
             squares: 0.0,
             axes,
             aims,
-            brightness: vec![(0.0, 0.0); BLOCKS * BLOCKS],
+            brightness: Brightness::new(),
             guiding_samples: gpu.empty_storage("guiding samples", REPORT_BYTES)?,
             staging: Staging::new(gpu, REPORT_BYTES),
         })
@@ -148,19 +146,6 @@ impl Guide {
         self.samples.extend(records.iter().map(|r| GuidingSample { at: std::array::from_fn(|axis| r[axis]), weight: weight(r) }));
         if self.samples.len() >= 2 * self.grown_from {
             self.grow();
-        }
-    }
-
-    /// Takes in a tile of the picture: radiance of its pixels, sums over `spp` samples.
-    pub fn see(&mut self, image: (u32, u32), tile: Tile, radiance: &[f64], spp: u32) {
-        let block = |at: u32, size: u32| (u64::from(at) * BLOCKS as u64 / u64::from(size)) as usize;
-        let columns: Vec<usize> = (tile.x..tile.x + tile.width).map(|x| block(x, image.0)).collect();
-        for (y, row) in (tile.y..).zip(radiance.chunks_exact(columns.len())) {
-            let blocks = &mut self.brightness[block(y, image.1) * BLOCKS..][..BLOCKS];
-            for (column, radiance) in columns.iter().zip(row) {
-                blocks[*column].0 += radiance;
-                blocks[*column].1 += f64::from(spp);
-            }
         }
     }
 
@@ -244,16 +229,9 @@ impl Guide {
         }
     }
 
-    /// Brightness that the error of a pixel is relative to, block by block: the same in the dark as the film's measure of error.
-    fn brightness(&self) -> impl Iterator<Item = f64> {
-        let seen = self.brightness.iter().map(|b| b.1).sum::<f64>();
-        let mean = self.brightness.iter().map(|b| b.0).sum::<f64>() / seen.max(1.0);
-        self.brightness.iter().map(move |(sum, samples)| (sum / samples.max(1.0)).hypot(0.1 * mean))
-    }
-
     /// Half the mean square of the difference of two pictures (sums over the bins of each pixel), relative to brightness: the variance of one.
     pub fn relative_variance(&self, width: u32, a: &[f32], b: &[f32]) -> f64 {
-        let brightness: Vec<f64> = self.brightness().collect();
+        let brightness: Vec<f64> = self.brightness.of_blocks().collect();
         let block = |at: usize, size: usize| at * BLOCKS / size;
         let (width, height) = (width as usize, a.len() / width as usize);
         let squares = a.iter().zip(b).enumerate().map(|(i, (a, b))| {
@@ -266,7 +244,7 @@ impl Guide {
     /// For the shaders: brightness block by block, as the use of a radiance of 1 in a pass of one path for each of `pixels`, then the nodes.
     pub fn table(&self, pixels: f64) -> Vec<UVec4> {
         // Before anything was seen all blocks are alike.
-        let of_blocks = self.brightness().map(|b| if b > 0.0 { 1.0 / (pixels * b) } else { 1.0 });
+        let of_blocks = self.brightness.of_blocks().map(|b| if b > 0.0 { 1.0 / (pixels * b) } else { 1.0 });
         let mut table: Vec<UVec4> = of_blocks.map(|u| UVec4::new((u as f32).to_bits(), 0, 0, 0)).collect();
         table.extend(self.nodes.iter().map(|node| {
             let lower = if node.axis < AXES { self.nodes[node.first].share / node.share } else { 1.0 };
@@ -313,10 +291,7 @@ impl Persistent for Guide {
         state.value(share)?;
         state.value(reporting)?;
         state.value(squares)?;
-        let mut blocks: Vec<[f64; 2]> = brightness.iter().map(|b| [b.0, b.1]).collect();
-        state.slice(&mut blocks)?;
-        *brightness = blocks.iter().map(|b| (b[0], b[1])).collect();
-        Ok(())
+        brightness.persist(state)
     }
 }
 

@@ -2,6 +2,7 @@
 //! that the tile counts as done before.
 
 use super::adaptive::Adaptive;
+use super::brightness::Brightness;
 use super::tile_sums::TileSums;
 use crate::film::Film;
 
@@ -15,22 +16,28 @@ pub(super) struct Landing {
 #[derive(Debug)]
 struct Waiting {
     sums: TileSums,
+    /// Of its blocks.
+    rates: Vec<f64>,
     ends_batch: bool,
 }
 
 impl Landing {
-    /// Has a tile wait, which is the last one of its batch or not.
-    pub(super) fn begin(&mut self, sums: TileSums, ends_batch: bool) {
-        self.waiting = Some(Waiting { sums, ends_batch });
+    /// Has a tile wait that was sampled at these rates, which is the last one of its batch or not.
+    pub(super) fn begin(&mut self, sums: TileSums, rates: Vec<f64>, ends_batch: bool) {
+        self.waiting = Some(Waiting { sums, rates, ends_batch });
     }
 
-    /// Brings what waits into `film`, and has `adaptive` learn from it. Returns how many sums were cut since they are too large.
-    pub(super) fn land(&mut self, film: &mut Film, adaptive: Option<&mut Adaptive>) -> u64 {
-        let Some(Waiting { sums, ends_batch }) = self.waiting.take() else { return 0 };
+    /// Brings what waits into `film`, and has `seen` and `adaptive` learn from it. Returns how many sums were cut since they are too large.
+    pub(super) fn land(&mut self, film: &mut Film, seen: Option<&mut Brightness>, adaptive: Option<&mut Adaptive>) -> u64 {
+        let Some(Waiting { sums, rates, ends_batch }) = self.waiting.take() else { return 0 };
         let (values, by_camera, cut) = sums.all(&mut self.room);
         film.add_batch(sums.tile, &values, sums.spp);
+        if let Some(seen) = seen {
+            let size = film.settings();
+            seen.see((size.width, size.height), sums.tile, &values, sums.spp);
+        }
         if let Some(adaptive) = adaptive {
-            adaptive.learn(sums.tile, &by_camera, sums.spp, film);
+            adaptive.learn((sums.tile, &rates), &by_camera, sums.spp, film);
             if ends_batch {
                 adaptive.settle(sums.spp);
             }

@@ -1,6 +1,7 @@
 //! What batches leave behind in the integrator: all of it, so that a render can be gone on with bit by bit.
 
 use super::adaptive::Adaptive;
+use super::brightness::Brightness;
 use super::budget::{Budget, Probe};
 use super::guide::Guide;
 use crate::state::{Persistent, State, invalid};
@@ -14,6 +15,8 @@ pub const MOST_HALVINGS: u32 = 6;
 #[derive(Debug)]
 pub(super) struct Learned {
     pub guide: Option<Guide>,
+    /// What the guide has yet to take in of the picture, which it does after the next tile: the adapter need not wait until this one is summed up.
+    pub seen: Option<Brightness>,
     pub adaptive: Option<Adaptive>,
     pub budget: Option<Budget>,
     /// How often the tiles were halved, for want of memory.
@@ -33,21 +36,24 @@ impl Learned {
     /// Before the first batch.
     pub fn new(guide: Option<Guide>, adaptive: Option<Adaptive>, most_samples: u32, halvings: u32) -> Self {
         let (budget, probes, fitting, tiles_done, stats) = (None, 0, u32::MAX, 0, BatchStats::default());
-        Learned { guide, adaptive, budget, halvings, probes, most_samples, fitting, tiles_done, stats }
+        let seen = guide.is_some().then(Brightness::new);
+        Learned { guide, seen, adaptive, budget, halvings, probes, most_samples, fitting, tiles_done, stats }
     }
 
     /// All tiles of a batch are done; what was counted.
     pub fn finish_batch(&mut self, (least, most): (u32, u32)) -> BatchStats {
         self.most_samples = std::mem::replace(&mut self.fitting, u32::MAX).clamp(least, most.max(least));
         self.tiles_done = 0;
+        self.adaptive.iter_mut().for_each(Adaptive::finish_batch);
         std::mem::take(&mut self.stats)
     }
 }
 
 impl Persistent for Learned {
     fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
-        let Learned { guide, adaptive, budget, halvings, probes, most_samples, fitting, tiles_done, stats } = self;
+        let Learned { guide, seen, adaptive, budget, halvings, probes, most_samples, fitting, tiles_done, stats } = self;
         part(guide, state, "a guide")?;
+        part(seen, state, "brightness")?;
         part(adaptive, state, "rates of samples")?;
         let mut has_budget = budget.is_some();
         state.flag(&mut has_budget)?;

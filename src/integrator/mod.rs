@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod aov;
+mod brightness;
 mod budget;
 mod dispatch;
 mod features;

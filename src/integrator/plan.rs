@@ -111,7 +111,8 @@ impl Plan {
 
     /// WGSL constants of the plan.
     pub fn constants(&self) -> String {
-        use super::guide::{AXES, BLOCKS, ROOT};
+        use super::brightness::BLOCKS;
+        use super::guide::{AXES, ROOT};
         use crate::bsdf::energy::{ETA_MAX, ETA_NODES, GRAIN_NODES, MIN_MEAN, MU_NODES};
         use crate::bsdf::sheen::NODES as SHEEN_NODES;
         use crate::scene::inside::up;

@@ -86,7 +86,10 @@ impl GpuIntegrator {
                 let passes = Passes { batch: first_batch + round, number: u64::from(round), count: 1 };
                 let traced = self.trace(tile, passes, &even_rates(tile))?;
                 let sums = self.bring_back(tile, passes, traced.earlier)?;
-                let (_, by_camera, _) = sums.all(&mut room);
+                let (values, by_camera, _) = sums.all(&mut room);
+                if let Some(guide) = &mut self.learned.guide {
+                    guide.brightness.see((self.params.image_width, self.params.image_height), tile, &values, sums.spp);
+                }
                 for (i, [radiance, _]) in by_camera.iter().enumerate() {
                     let (x, y) = (tile.x + i as u32 % tile.width, tile.y + i as u32 / tile.width);
                     picture[(y * self.params.image_width + x) as usize] = *radiance;

@@ -85,27 +85,6 @@ impl TileSums {
         let cut = pixels.map(one).sum();
         (Cow::Borrowed(room), by_camera, cut)
     }
-
-    /// Radiance (sum over the bins) of each pixel.
-    pub(super) fn radiance(&self) -> Vec<f64> {
-        let (channels, bins) = (self.channels, self.channels - 3);
-        let mut radiance = vec![0.0; self.pixels()];
-        radiance.par_chunks_mut(PIXELS).enumerate().for_each(|(chunk, radiance)| {
-            let first = chunk * PIXELS * channels;
-            let at = first..first + radiance.len() * channels;
-            let mut sums = vec![0.0; at.len()];
-            self.by_camera(at.clone(), &mut sums);
-            for (sums, quanta) in sums.chunks_exact_mut(channels).zip(self.quanta(at).chunks_exact(channels)) {
-                sums[..bins].iter_mut().zip(quanta).for_each(|(sum, quanta)| {
-                    with_splats(sum, *quanta, self.quantum);
-                });
-            }
-            for (of, sums) in radiance.iter_mut().zip(sums.chunks_exact(channels)) {
-                *of = sums[..bins].iter().map(|&s| f64::from(s)).sum();
-            }
-        });
-        radiance
-    }
 }
 
 /// Adds splats, each worth `unit`, to a sum; returns 1 if it is cut, since it is too large.

@@ -111,7 +111,8 @@ pub struct Stop {
     pub spp: Option<u32>,
     /// Time spent in the loop. It decides only when to stop, never what is computed.
     pub time: Option<Duration>,
-    /// [`Film::relative_error`], once there are [`Stop::MIN_BATCHES`] batches to estimate it from.
+    /// [`Film::relative_error`], once there are [`Stop::MIN_BATCHES`] batches to estimate it from; looked at after every batch at first, and later after
+    /// every sixteenth of them, since the device waits for that.
     pub error: Option<f64>,
 }
 
@@ -120,6 +121,11 @@ impl Stop {
     pub const DEFAULT_SPP: u32 = 64;
     /// Batches that a standard error is trusted from.
     pub const MIN_BATCHES: u32 = batch::PER_SIZE;
+
+    /// Whether the error is looked at after so many batches. It is up to them alone, so that a render that is gone on with ends as any other.
+    fn looks_at_error(&self, batches: u32) -> bool {
+        self.error.is_some() && batches >= Self::MIN_BATCHES && batches.is_multiple_of(1 << (batches / Self::MIN_BATCHES).ilog2())
+    }
 
     /// How long rendering may take at most, if its time is limited: a batch that turns out to take longer is cut then, between tiles.
     fn latest(&self) -> Option<Duration> {
@@ -275,8 +281,7 @@ impl Rendering {
             self.next += self.share.of;
             self.batches += 1;
             self.spp += u64::from(batch.spp);
-            let may_end_by_error = stop.error.is_some() && self.batches >= Stop::MIN_BATCHES;
-            if may_end_by_error || error.is_due() || self.ended(stop, error.value).is_some() {
+            if stop.looks_at_error(self.batches) || error.is_due() || self.ended(stop, error.value).is_some() {
                 self.settle(integrator);
                 error = Estimate::of(&self.film);
                 self.elapsed = before + begun.elapsed();
@@ -319,7 +324,7 @@ impl Rendering {
             return Some(Ended::Samples);
         }
         let error_is_reached = stop.error.is_some_and(|target| relative_error <= target);
-        if self.batches >= Stop::MIN_BATCHES && error_is_reached {
+        if stop.looks_at_error(self.batches) && error_is_reached {
             return Some(Ended::Error);
         }
         // Half a batch of foresight: the mean overrun of a time limit is then nil.

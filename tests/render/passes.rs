@@ -105,6 +105,24 @@ fn the_error_stops_the_render_but_never_before_sixteen_batches() {
     assert!(summary.progress.relative_error <= 0.01);
 }
 
+/// The error is looked at after every fourth batch of so many.
+#[test]
+fn a_render_that_is_gone_on_with_ends_by_its_error_where_it_would_have() {
+    let stop = Stop { error: Some(0.01), ..Stop::default() };
+    let noisy = || Fake { noise: 0.2, ..Fake::default() };
+    let whole = run(&mut noisy(), &mut film(4), stop).batches;
+    assert!(whole.is_multiple_of(4), "{whole} batches");
+    for pause in [whole - 5, whole - 1] {
+        let (mut fake, mut rendering) = (noisy(), Rendering::new(film(4)));
+        let observe = &mut |_: &Progress, _: &mut abbe::render::Checkpointable<'_>| ControlFlow::Break(());
+        while rendering.batches < pause {
+            rendering.render(&mut fake, &stop, observe).unwrap();
+        }
+        let summary = rendering.render(&mut fake, &stop, &mut |_, _| ControlFlow::Continue(())).unwrap();
+        assert_eq!((summary.ended, summary.batches), (Ended::Error, whole), "gone on with from {pause}");
+    }
+}
+
 #[test]
 fn the_observer_sees_every_batch_and_can_stop() {
     let (mut rendering, mut fractions) = (Rendering::new(film(4)), Vec::new());

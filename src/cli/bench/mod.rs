@@ -63,7 +63,7 @@ is; --time stops at the time of all together.
 --features and --scaling take their cases in turns and give the median ratio to another case. --features has the camera pass alone, --size
 256x256 unless told otherwise: its first series is the plain box with the code of features that it does not have. --counts takes times from
 a render that does not count; a node is 80 bytes, a primitive 48, before any cache; 'alive' are paths after so many scattering events.
---host has batches of 16 samples unless told otherwise: 'device' is the time that the host waits, 'host' all that it does, 'unhidden' what of that the
+--host has batches of 16 samples unless told otherwise, and the least time of 8: 'device' is the time that the host waits, 'host' all that it does, 'unhidden' what of that the
 device waits for: the rest is done while the next batch is traced.";
 
 #[derive(clap::Args)]
