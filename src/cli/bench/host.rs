@@ -67,7 +67,10 @@ fn measure(args: &Args, case: &str, more: &Value, size: (u32, u32), techniques: 
             let (all, traffic) = (begun.elapsed(), integrator.traffic() - before);
             let host = all.saturating_sub(traffic.waited);
             let ms = [traffic.waited, host].map(|t| 1e3 * t.as_secs_f64());
-            if count > 0 && !interrupt::requested() {
+            if interrupt::requested() {
+                break;
+            }
+            if count > 0 {
                 batches.push([ms[0], ms[1], traffic.waits as f64, 1e-6 * traffic.bytes_read as f64]);
             }
         }
@@ -75,6 +78,9 @@ fn measure(args: &Args, case: &str, more: &Value, size: (u32, u32), techniques: 
         Ok(std::array::from_fn(|i| batches.iter().map(|b| b[i]).fold(f64::INFINITY, f64::min)))
     };
     let ([device, unhidden, waits, read], [_, host, ..]) = (least(true)?, least(false)?);
+    if interrupt::requested() {
+        return Ok(());
+    }
     if !args.json {
         out(&format!("{case:<34} {device:>10.1} {host:>10.1} {unhidden:>12.1} {waits:>7} {read:>9.1}"));
     }
