@@ -215,8 +215,6 @@ fn damaged_gltf_files_are_errors_with_their_place() {
         assert!(line.contains(&format!("{path}: ")) && line.contains(fragment), "{pointer}: {line}");
     }
     for (extension, fragment) in [
-        ("KHR_draco_mesh_compression", "meshes compressed by Draco, which cannot be read; export it without compression"),
-        ("EXT_meshopt_compression", "export it without compression"),
         ("KHR_texture_basisu", "pictures in KTX2, which cannot be read; export its pictures as PNG or JPEG"),
         ("EXT_texture_avif", "export its pictures as PNG or JPEG"),
         ("VENDOR_unheard_of", "export it without"),

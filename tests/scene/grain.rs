@@ -93,7 +93,7 @@ fn a_gltf_file_says_how_its_metal_is_brushed_and_where_its_tangents_point() {
     let s = square(1.0, json!({"anisotropyRotation": 0.3}), Some([1.0, 0.0, 0.0, 1.0]));
     assert!(s.grains.is_empty() && mesh(&s).tangents.is_empty());
     let s = square(0.5, brushed, None);
-    assert!(s.notes.iter().any(|n| n.contains("anisotropy of what is not metal")), "{:?}", s.notes);
+    assert!(s.notes.iter().any(|n| n.contains("anisotropy of gloss on paint")), "{:?}", s.notes);
     assert_eq!(s.grains.len(), 1);
 }
 

@@ -9,6 +9,7 @@ use crate::scene::gltf::texture::{Textures, Use, UvSets};
 use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
 use crate::scene::roughness::Roughness;
+use crate::scene::texture::Texels;
 use crate::scene::{Emission, Interior, Material, Texture};
 use crate::spectrum::library::Observer;
 use crate::spectrum::{Ior, Spectrum};
@@ -478,10 +479,13 @@ fn absorption(volume: &Node, range: (f64, f64)) -> Result<Spectrum> {
     Ok(colour.attenuation(distance, range))
 }
 
-/// Is it 1 everywhere?
+/// Is it 1 everywhere? Colours are taken not to be: of them only the brightest wavelength is known.
 fn is_one(share: &Texture) -> bool {
     match share {
         Texture::Uniform(spectrum) => *spectrum == Spectrum::Constant(1.0),
-        Texture::Image(picture) => picture.image.range()[0] * picture.factor.eval(550.0) >= picture.cutoff.unwrap_or(1.0 - 1e-6),
+        Texture::Image(picture) => {
+            let least = picture.image.range()[0] * picture.factor.eval(550.0);
+            matches!(picture.image.texels, Texels::Numbers { .. }) && least >= picture.cutoff.unwrap_or(1.0 - 1e-6)
+        }
     }
 }
