@@ -14,6 +14,7 @@ use std::path::PathBuf;
 pub struct Folder(pub PathBuf);
 
 impl Folder {
+    /// By this name.
     pub fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("abbe-view-{name}-{}", std::process::id()));
         let _ = std::fs::remove_dir_all(&path);
@@ -21,6 +22,7 @@ impl Folder {
         Folder(path)
     }
 
+    /// Writes a file in it.
     pub fn file(&self, name: &str, text: &str) -> PathBuf {
         let path = self.0.join(name);
         std::fs::write(&path, text).expect("a file");
