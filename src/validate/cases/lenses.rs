@@ -125,14 +125,14 @@ fn aplanatic() -> Case {
     };
     let scene = json!({
         "film": film(2048, 1, 1),
-        "camera": screen(x, 1.0, 4.0, 0.1),
+        "camera": screen(x, 0.5, 2.5, 0.1),
         "shapes": lens(json!([{"thickness": 1.8, "glass": n}, {"radius": -1.0}]), 1.9, 0.0),
-        "lights": [beam(30.0), beam(60.0)],
+        "lights": [beam(15.0), beam(40.0)],
         "max_depth": 1,
     });
     let row = |degrees: f64, columns: [usize; 2]| {
         let measure = move |f: &[Film]| {
-            let y = 1.0 + 3.0 * landing(&f[0], 0, columns[0], columns[1]);
+            let y = 0.5 + 2.0 * landing(&f[0], 0, columns[0], columns[1]);
             vec![degrees.to_radians().sin() / (y / (x - from)).atan().sin()]
         };
         Row::new(format!("aplanatic/{degrees}"), n, 1e-4, measure).floor(1e-4)
@@ -141,7 +141,7 @@ fn aplanatic() -> Case {
         id: "aplanatic",
         title: "sine condition: sin u / sin u' of light from the aplanatic point of a ball of index 1.5",
         views: vec![measuring(scene, 8, 4.0)],
-        rows: vec![row(30.0, [0, 1024]), row(60.0, [1024, 2048])],
+        rows: vec![row(15.0, [0, 1024]), row(40.0, [1024, 2048])],
     }
 }
 
