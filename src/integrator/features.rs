@@ -440,18 +440,12 @@ fn bodies<'a>(scene: &Scene, boxes: impl Iterator<Item = (&'a Shape, bool, Bound
     let mut last: Option<&Shape> = None;
     for (shape, marked, bounds) in boxes {
         match (last, bodies.last_mut()) {
-            (Some(before), Some(body)) if are_one_piece(scene, before, shape) => *body = (body.0 || marked, body.1.union(bounds)),
+            (Some(before), Some(body)) if scene.are_one_piece(before, shape) => *body = (body.0 || marked, body.1.union(bounds)),
             _ => bodies.push((marked, bounds)),
         }
         last = Some(shape);
     }
     bodies
-}
-
-/// Whether these are faces of one piece of glass in a lens.
-fn are_one_piece(scene: &Scene, a: &Shape, b: &Shape) -> bool {
-    let (Geometry::LensFace(face), Geometry::LensFace(other)) = (&a.geometry, &b.geometry) else { return false };
-    face.base == other.base && face.axis == other.axis && scene.volume_of(a) == scene.volume_of(b)
 }
 
 /// True if a volume has the index of what surrounds the scene, or of a volume that it may touch: their boundary is not there for light.

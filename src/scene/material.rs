@@ -1,7 +1,7 @@
 //! Materials, and what the rest of the program asks them: where a stage does not handle every kind by itself, it asks here and knows no kinds.
 
 use super::texture::{ImageTexture, Texture};
-use super::{Scene, Shape};
+use super::{Geometry, Scene, Shape};
 use crate::bsdf::fresnel;
 use crate::spectrum::{Ior, Spectrum};
 use std::sync::Arc;
@@ -279,6 +279,12 @@ impl Scene {
     /// The interior that a shape bounds.
     pub fn volume_of(&self, shape: &Shape) -> Option<usize> {
         self.interior_of(shape.material).or(shape.interior)
+    }
+
+    /// Whether these are faces of one piece of glass in a lens.
+    pub(crate) fn are_one_piece(&self, a: &Shape, b: &Shape) -> bool {
+        let (Geometry::LensFace(face), Geometry::LensFace(other)) = (&a.geometry, &b.geometry) else { return false };
+        face.base == other.base && face.axis == other.axis && self.volume_of(a) == self.volume_of(b)
     }
 
     /// How light gets through a surface of this material.

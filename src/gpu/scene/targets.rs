@@ -11,18 +11,18 @@ const MOST: usize = 8;
 /// Centres and radii. Without guiding, or with nothing to aim at, one sphere around the scene.
 pub fn targets(scene: &Scene, guiding: bool) -> Vec<(DVec3, f64)> {
     let shapes: Vec<&Shape> = scene.shapes.iter().filter(|s| guiding && bends(scene, s.material)).collect();
-    if shapes.is_empty() {
+    let bodies: Vec<&[&Shape]> = shapes.chunk_by(|a, b| scene.are_one_piece(a, b)).collect();
+    let whole = |body: &[&Shape]| around(body.iter().fold(Bounds::EMPTY, |b, s| b.union(bounds(&s.geometry))));
+    if bodies.is_empty() {
         vec![around(bounds_of_all(&scene.shapes))]
-    } else if shapes.len() > MOST {
-        vec![around(shapes.iter().fold(Bounds::EMPTY, |b, s| b.union(bounds(&s.geometry))))]
+    } else if bodies.len() > MOST {
+        vec![whole(&shapes)]
     } else {
-        shapes
-            .iter()
-            .map(|s| match &s.geometry {
-                Geometry::Sphere { center, radius } => (*center, *radius),
-                other => around(bounds(other)),
-            })
-            .collect()
+        let target = |body: &&[&Shape]| match body {
+            [Shape { geometry: Geometry::Sphere { center, radius }, .. }] => (*center, *radius),
+            body => whole(body),
+        };
+        bodies.iter().map(target).collect()
     }
 }
 
