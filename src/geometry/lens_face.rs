@@ -189,7 +189,7 @@ impl LensFace {
                 if on && !crosses_once {
                     return NONE;
                 }
-                let conic = conic_roots(profile, &seen, *vertex, dir, on);
+                let (conic, is_crossed) = conic_roots(profile, &seen, *vertex, on);
                 if profile.aspheric.is_empty() {
                     if crosses_once {
                         return [conic[usize::from(!starts_below)].max(start).min(leave), f64::INFINITY];
@@ -198,7 +198,7 @@ impl LensFace {
                         t > start && t < leave && (1.0 + profile.conic) * profile.curvature * (seen.height(t) - vertex) < 1.0
                     };
                     let roots = [conic[0].min(conic[1]), conic[0].max(conic[1])];
-                    return if roots.into_iter().all(is_met) { roots } else { NONE };
+                    return if is_crossed && roots.into_iter().all(is_met) { roots } else { NONE };
                 }
                 // Within the heights that the surface has.
                 let (low, high) = profile.range(*radius);
@@ -375,8 +375,9 @@ impl LensFace {
     }
 }
 
-/// Where the ray crosses the conic, upwards and downwards through the sheet that has the vertex. From a point `on` the conic both are the other crossing.
-fn conic_roots(profile: &Profile, seen: &Seen, vertex: f64, dir: DVec3, on: bool) -> [f64; 2] {
+/// Where the ray crosses the conic, upwards and downwards through the sheet that has the vertex, and whether it does: else both are where it is nearest. From
+/// a point `on` the conic both are the other crossing.
+fn conic_roots(profile: &Profile, seen: &Seen, vertex: f64, on: bool) -> ([f64; 2], bool) {
     let (c, k, dz) = (profile.curvature, profile.conic, seen.dz);
     let a = c * (1.0 + k * dz * dz);
     // F = c (x^2 + y^2 + (1 + k) z^2) - 2 z grows downwards near the vertex. Half of dF/dt at a point, and F there:
@@ -384,14 +385,15 @@ fn conic_roots(profile: &Profile, seen: &Seen, vertex: f64, dir: DVec3, on: bool
     let z = seen.oz - vertex;
     let along = seen.o.dot(seen.d) + z * dz;
     if on {
-        return [-2.0 * half_b(z, along) / a; 2];
+        return ([-2.0 * half_b(z, along) / a; 2], true);
     }
     // From the ray's nearest point to the vertex, so that far origins do not cost digits.
     let (o, z) = (seen.o - seen.d * along, z - along * dz);
     let b = half_b(z, o.dot(seen.d) + z * dz);
     let f = c * (o.length_squared() + (1.0 + k) * z * z) - 2.0 * z;
-    let root = (b * b - a * f).max(0.0).sqrt();
-    debug_assert!((dir.length_squared() - 1.0).abs() < 1e-6);
+    let discriminant = b * b - a * f;
+    let root = discriminant.max(0.0).sqrt();
     // At + b = -root upwards, root downwards; of both forms the one that does not cancel.
-    [-root, root].map(|root| if b * root >= 0.0 { f / (-b - root) - along } else { (root - b) / a - along })
+    let roots = [-root, root].map(|root| if b * root >= 0.0 { f / (-b - root) - along } else { (root - b) / a - along });
+    (roots, discriminant > 0.0)
 }
