@@ -407,37 +407,6 @@ fn lamps() -> Scene {
     s
 }
 
-/// A cemented doublet with flat rings and an asphere, and a lens with a black edge, under a lamp.
-fn glass_of_lenses() -> Scene {
-    let scene = serde_json::json!({
-        "film": {"width": 16, "height": 16, "range_nm": [400, 700], "bins": 4},
-        "camera": {"perspective": {"eye": [0, 1, 3.4], "target": [0, 0.6, 0], "vfov_deg": 32}},
-        "materials": {"floor": {"diffuse": {"reflectance": 0.6}}},
-        "shapes": [
-            {"quad": {"corner": [-2, 0, 2], "edge_u": [4, 0, 0], "edge_v": [0, 0, -4]}, "material": "floor"},
-            {"quad": {"corner": [-1, 2.2, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2]}, "emission": {"radiance": 1}},
-            {
-                "lens": {
-                    "surfaces": [
-                        {"radius": 0.5, "thickness": 0.2, "glass": 1.5, "diameter": 0.7},
-                        {"radius": -0.6, "thickness": 0.1, "glass": {"cauchy": [1.6, 0.01]}},
-                        {"radius": -1.5, "conic": -1, "aspheric": [0, 0.3]}
-                    ],
-                    "diameter": 0.8,
-                    "edge": "polished"
-                },
-                "transform": {"axis": [1, 0.2, 0], "rotate_deg": 70, "translate": [-0.4, 0.9, 0]}
-            },
-            {
-                "lens": {"surfaces": [{"radius": -0.5, "thickness": 0.05, "glass": "N-SF11"}, {"radius": 0.5}], "diameter": 0.6},
-                "transform": {"axis": [0, 1, 0], "rotate_deg": 30, "translate": [0.5, 0.5, 0.3]}
-            }
-        ]
-    });
-    let nowhere = std::path::Path::new(".");
-    abbe::scene::load_str(&scene.to_string(), nowhere, nowhere, &Default::default()).expect("a scene")
-}
-
 fn seen_by(sensor: Sensor) -> Scene {
     let mut s = ball(4, |s| glass(s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0));
     s.sensor = sensor;
@@ -520,7 +489,6 @@ macro_rules! agree {
 // Name, samples per pixel in each batch, coarseness of the errors that count, scene.
 agree! {
     smooth_glass, 80, 1.0, bins(4);
-    lenses, 80, 3.0, glass_of_lenses();
     #[ignore = "long: in tools/soak"] rough_glass_little, 24, 1.0, rough_glass(0.1);
     rough_glass_much, 32, 1.0, rough_glass(0.3);
     #[ignore = "long: in tools/soak"] floor_seen_through_glass, 256, 3.0, floor_under_glass();
