@@ -109,9 +109,9 @@ fn cross_conic(m: Meridian, s: FaceSurface) -> vec3f {
 
 #if ASPHERES
 // The crossing between two points of the ray, of which the first is below the surface, or not.
-fn refine_crossing(m: Meridian, s: FaceSurface, from: f32, to: f32, below: bool, first: f32) -> f32 {
-    var lo = from;
-    var hi = to;
+fn refine_crossing(m: Meridian, s: FaceSurface, near: f32, far: f32, below: bool, first: f32) -> f32 {
+    var lo = near;
+    var hi = far;
     var t = first;
     for (var i = 0u; i < 24u; i++) {
         if (!(t > lo && t < hi)) {
@@ -129,7 +129,7 @@ fn refine_crossing(m: Meridian, s: FaceSurface, from: f32, to: f32, below: bool,
         }
         t = next;
     }
-    return clamp(t, from, to);
+    return clamp(t, near, far);
 }
 #endif
 

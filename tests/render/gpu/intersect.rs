@@ -219,7 +219,10 @@ fn rays_meet_what_they_meet_in_double_precision() {
     assert!(differ <= 4, "{differ} of {} rays differ", rays.len());
 }
 
-/// The faces of a lens in the unit ball: biconvex, biconcave, and one with flat rings on both sides.
+/// Half the height of the edge of each of these lenses.
+const HALF_EDGES: [f64; 3] = [0.1, 0.4, 0.1];
+
+/// The faces of a lens of radius 1: biconvex, biconcave, and an asphere with flat rings on both sides.
 fn lens(kind: u32) -> Vec<LensFace> {
     let (c, inner) = [(0.9, 1.0), (-0.5, 1.0), (0.8, 0.7)][kind as usize];
     let terms = [vec![], vec![], vec![0.0, 0.05]];
@@ -229,7 +232,7 @@ fn lens(kind: u32) -> Vec<LensFace> {
         aspheric: terms[kind as usize].iter().map(|a| sign * a).collect(),
     };
     let sag = profile(1.0).sag(inner * inner);
-    let half = 0.1;
+    let half = HALF_EDGES[kind as usize];
     let surface = |sign: f64| LensForm::Surface {
         profile: profile(-sign),
         vertex: sign * (half + sag),
@@ -261,7 +264,7 @@ fn no_ray_leaves_a_lens_where_its_faces_meet() {
             let o = dvec3(random.next() - 0.5, random.next() - 0.5, 0.1 * (random.next() - 0.5));
             let phi = std::f64::consts::TAU * random.next();
             let r = rings[rays.len() / 4 % rings.len()] * (1.0 + [0.0, 1e-7, 1e-6, 0.0][rays.len() % 4] * (random.next() - 0.5));
-            let side = if random.next() < 0.5 { 0.1 } else { -0.1 };
+            let side = if random.next() < 0.5 { 1.0 } else { -1.0 } * HALF_EDGES[kind as usize];
             let target = if rays.len() % 4 == 3 { o + direction(&mut random) } else { dvec3(r * phi.cos(), r * phi.sin(), side) };
             let to_world = |p: DVec3| (turn * (p * scale) + shift - uploaded.origin).as_vec3();
             let (o, target) = (to_world(o), to_world(target));
