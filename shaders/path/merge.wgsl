@@ -3,7 +3,7 @@
 // round: Hachisuka et al. 2008, Knaus & Zwicker 2011). Sums are integers, so the order of a cell's list does not matter.
 //
 // In the table come first the links of all points, close together since searches go through many; then of each point its VisiblePoint, where there is
-// sheen its PointSheen, and its throughput.
+// sheen its PointSheen, its throughput, and through a lens the pixel within the tile of each wavelength plus one, or 0.
 #include "common/params.wgsl"
 #include "common/sampler.wgsl"
 #include "common/spectra.wgsl"
@@ -22,7 +22,11 @@ const POINT_HEAD = TEXELS_OF_VisiblePoint + TEXELS_OF_PointSheen;
 #else
 const POINT_HEAD = TEXELS_OF_VisiblePoint;
 #endif
+#if SENSOR_LENS
+const POINT_STRIDE = POINT_HEAD + 2u * WAVELENGTHS4;
+#else
 const POINT_STRIDE = POINT_HEAD + WAVELENGTHS4;
+#endif
 const FOG_POINT = 0x80000000u; // of VisiblePoint.about
 
 // Cells are as wide as the largest kernel, so that a kernel reaches into no more than eight.
@@ -79,6 +83,9 @@ fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function
         throughput *= select(vec4f(1.0), select(vec4f(0.0), 1.0 / sigma_s, sigma_s > vec4f(0.0)), in_medium);
 #endif
         store_points(first + POINT_HEAD + k, throughput);
+#if SENSOR_LENS
+        store_points(first + POINT_HEAD + WAVELENGTHS4 + k, vec4f(landed_pixel[k] + 1u));
+#endif
     }
 }
 #else
@@ -166,9 +173,16 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
             Ld[k] *= if_coated(&there, out[k]);
 #endif
         }
+#if SENSOR_LENS
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
+            landed_pixel[k] = vec4u(load_points(at + POINT_HEAD + WAVELENGTHS4 + k)) - 1u;
+        }
+        splat_landed();
+#else
         let pixel = point.pixel;
         splat_pixel = vec2u(pixel % params.image_width, pixel / params.image_width);
         splat(select(wavelength, path.wavelength, wavelength == 255u));
+#endif
     }
 }
 #endif

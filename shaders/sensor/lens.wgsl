@@ -7,7 +7,8 @@
 #include "common/spectra.wgsl"
 #include "sensor/filter.wgsl"
 
-@group(0) @binding(25) var lens: Table<vec4f, LensSurface>;
+@group(0) @binding(25) var<uniform> lens: array<LensSurface, LENS_SURFACES>;
+@group(0) @binding(26) var<uniform> pupil_bounds: array<vec4f, LENS_BOUNDS>;
 
 // Four rays of the four wavelengths 4k .. 4k+3.
 struct LensRays {
@@ -46,7 +47,7 @@ fn trace_lens(start: LensRays, k: u32, to_film: bool) -> LensRays {
     var depth = vec4f(0.0);
 #endif
     for (var step = 0u; step < LENS_SURFACES; step++) {
-        let s = load_LensSurface(select(LENS_SURFACES - 1u - step, step, to_film));
+        let s = lens[select(LENS_SURFACES - 1u - step, step, to_film)];
         let n2 = spectrum(select(s.front_row, s.row, to_film), k);
         // c (x^2 + y^2 + (1 + conic) z^2) = 2 z, solved from the plane of the vertex on for the root near it.
         let c = s.curvature;
@@ -120,8 +121,7 @@ fn trace_lens(start: LensRays, k: u32, to_film: bool) -> LensRays {
 fn pupil_at(radius: f32) -> vec4f {
     let x = clamp(radius * params.dual_v.x, 0.0, f32(LENS_BOUNDS - 1u));
     let i = min(u32(x), LENS_BOUNDS - 2u);
-    let first = LENS_SURFACES * TEXELS_OF_LensSurface;
-    return mix(load_lens(first + i), load_lens(first + i + 1u), x - f32(i));
+    return mix(pupil_bounds[i], pupil_bounds[i + 1u], x - f32(i));
 }
 
 // A point of the bound for this place of the film.

@@ -79,7 +79,7 @@ fn splat_sample() {
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         all += abs(li[k]);
         least = min(least, li[k]);
-        // Sums of splats are over all light paths.
+        // A quantum's worth is that of a sum over all light paths.
         Ld[k] = f32(params.light_paths) * max(li[k], vec4f(0.0));
     }
     if (is_finite(sum4(all)) && min(min(least.x, least.y), min(least.z, least.w)) < 0.0) {

@@ -220,7 +220,7 @@ pub fn picture(scene: &Scene, merging: bool) -> Value {
     let FilmSettings { width, height, bins, exposure, .. } = &scene.film;
     json!({
         "width": width, "height": height, "bins": bins.count, "min_nm": bins.min_nm, "max_nm": bins.max_nm, "exposure": exposure,
-        "irradiance": sensor_area(&scene.sensor).is_some(), "merging": merging,
+        "irradiance": sensor_area(&scene.sensor).is_some(), "film_sr": scene.sensor.optics().map(|o| o.axial), "merging": merging,
     })
 }
 

@@ -167,6 +167,7 @@ pub fn summary(scene: &Scene) -> String {
 /// What measures the light, in words.
 pub fn sensor_name(sensor: &Sensor) -> &'static str {
     match sensor {
+        Sensor::Perspective { optics: Some(_), .. } => "camera through the surfaces of a lens",
         Sensor::Perspective { lens_radius, .. } if *lens_radius > 0.0 => "thin lens camera",
         Sensor::Perspective { .. } => "pinhole camera",
         Sensor::Orthographic { .. } => "orthographic camera",

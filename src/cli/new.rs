@@ -7,12 +7,23 @@ use std::path::PathBuf;
 
 const EXAMPLES: &str = "Examples:
   abbe new rainbow && abbe render rainbow.json
-  abbe new tests/lens.json
-  abbe new fan --from lens            five rays through a lens, in smoke";
+  abbe new fan --from lens            five rays through a lens, in smoke
+  abbe new photograph --from gauss    what a lens makes of a table
+  abbe new tests/prism.json";
 
-/// Scenes to start from, which ship, by their names.
-const SCENES: [(&str, &str); 2] =
-    [("starter", include_str!("../../scenes/starter.json")), ("lens", include_str!("../../scenes/lens.json"))];
+/// Scenes to start from, which ship: their words, and their names.
+const SCENES: [(&str, &str, &str); 7] = [
+    ("starter", "starter", include_str!("../../scenes/starter.json")),
+    ("lens", "lens", include_str!("../../scenes/lens.json")),
+    ("rainbow", "rainbow", include_str!("../../scenes/rainbow.json")),
+    ("singlet", "photograph", PHOTOGRAPH),
+    ("achromat", "photograph", PHOTOGRAPH),
+    ("triplet", "photograph", PHOTOGRAPH),
+    ("gauss", "photograph", PHOTOGRAPH),
+];
+/// Of which the lens is the one of the word.
+const PHOTOGRAPH: &str = include_str!("../../scenes/photograph.json");
+const LENS: &str = "\"prescription\": \"achromat\"";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -20,8 +31,8 @@ pub struct Args {
     /// Name of the scene, or its file; .json is added where it is missing
     #[arg(value_name = "NAME")]
     name: PathBuf,
-    /// The scene to start from
-    #[arg(long, value_name = "SCENE", default_value = "starter", value_parser = SCENES.map(|(name, _)| name))]
+    /// The scene to start from: a prism's rainbow, rays through a lens, Descartes' globe of water, or a photograph through a lens of this kind
+    #[arg(long, value_name = "SCENE", default_value = "starter", value_parser = SCENES.map(|(word, ..)| word))]
     from: String,
 }
 
@@ -39,9 +50,9 @@ pub fn run(args: &Args) -> Outcome {
         }
         _ => Error::file(&path, format!("cannot be written: {e}"), "choose a folder that you may write to"),
     };
-    let text = SCENES.iter().find(|(known, _)| *known == args.from).map_or("", |(_, text)| text);
     let named = |name: &str| format!("\"name\": {}", serde_json::Value::from(name));
-    let text = text.replacen(&named(&args.from), &named(&name), 1);
+    let (_, own, text) = SCENES.iter().find(|(word, ..)| *word == args.from).unwrap_or(&SCENES[0]);
+    let text = text.replacen(&named(own), &named(&name), 1).replace(LENS, &format!("\"prescription\": \"{}\"", args.from));
     let mut file = std::fs::File::create_new(&path).map_err(failed)?;
     file.write_all(text.as_bytes()).map_err(failed)?;
     out(&format!("wrote {0}; abbe render {0}", path.display()));

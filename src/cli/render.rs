@@ -340,6 +340,7 @@ pub fn run(args: &Args) -> Outcome {
             stats,
             exposure: scene.film.exposure,
             irradiance: sensor_area(&scene.sensor).is_some(),
+            film_sr: scene.sensor.optics().map(|o| o.axial),
         };
         let written = write_files(&exr, png.as_deref(), &rendering.film, origin.clone(), aovs, &settings);
         if let Err(failure) = written {

@@ -303,7 +303,8 @@ shared_records! {
         /// Plane sensor: q . dual_u runs from 0 to 1 along its edge u; w is its area. Lens: planes of the entrance pupil, the film, the bounds of the exit
         /// pupil and the start of rays, m.
         dual_u: Vec4,
-        /// Likewise along its edge v. Lens: bounds per metre of radius on the film; irradiance on the film over radiance, sr.
+        /// Likewise along its edge v. Lens: bounds per metre of radius on the film; irradiance on the film over
+        /// radiance, sr; least cosine of light that reaches the film.
         dual_v: Vec4,
     }
 
@@ -532,7 +533,7 @@ shared_records! {
         pad_0: u32,
     }
 
-    /// A surface of a camera's lens (lens/prescription.rs). After all of them come the bounds of the exit pupil: centre, and half extents.
+    /// A surface of a camera's lens (lens/prescription.rs).
     struct LensSurface {
         /// Curvature, m^-1.
         curvature: f32,

@@ -41,6 +41,7 @@ pub(super) struct Pass {
 }
 
 /// What the dispatches of a pass over one tile share.
+#[derive(Clone, Copy)]
 pub(super) struct Job<'a> {
     pub(super) gpu: &'a Gpu,
     /// Looked at between dispatches.

@@ -242,7 +242,7 @@ features! {
     /// Light paths are merged at what camera paths see through metal and glass.
     Merging "MERGING" if |n| {
         let merges = n.has(Feature::Diffuse) || n.has(Feature::Scattering);
-        n.has_caustics() && n.techniques.merging && n.has(Feature::SensorCamera) && !n.has(Feature::SensorLens) && n.has(Feature::Fresnel) && merges
+        n.has_caustics() && n.techniques.merging && n.has(Feature::SensorCamera) && n.has(Feature::Fresnel) && merges
     };
     /// There are light paths.
     Caustics "CAUSTICS" if |n| n.has(Feature::LightTracing) || n.has(Feature::Merging);

@@ -172,9 +172,9 @@ impl GpuIntegrator {
         let summed = |label: &str, bytes: u64| -> Result<(Resource, Staging)> {
             Ok((gpu.empty_storage(label, bytes)?, Staging::new(&gpu, bytes)))
         };
-        let film = summed("film", 4 * values)?;
         let has_lens = plan.has(Feature::SensorLens);
-        let splats = (plan.light.is_some() || has_lens).then(|| summed("splats", 8 * values)).transpose()?;
+        let film = summed("film", plan.bytes_of_sum() * values)?;
+        let splats = plan.light.as_ref().map(|_| summed("splats", 8 * values)).transpose()?;
         let camera_kernels: &[&str] = if has_lens { &["camera_paths.wgsl"] } else { &["camera_paths.wgsl", "update_film.wgsl"] };
         let camera = pass(camera_kernels, plan.camera, limit, 0)?;
         let light = plan.light.map(|f| pass(&["light_paths.wgsl"], f, limit, 2)).transpose()?;
@@ -335,7 +335,6 @@ impl GpuIntegrator {
                 ("work", &work),
             ]);
             resources.extend([("spectra", &spectra), ("wavelength_bins", &wavelength_bins)]);
-            resources.extend(self.splats.iter().map(|(s, _)| ("splats", s)));
             resources.extend(guide.iter().map(|g| ("guide", g)));
             resources.extend(self.learned.guide.iter().map(|g| ("guiding_samples", &g.guiding_samples)));
             if let Some(merge) = &self.merge {
@@ -359,23 +358,29 @@ impl GpuIntegrator {
             };
             let timer = self.timer.as_ref();
             let (gpu, halt) = (&self.gpu, &self.halt);
-            let (uniforms, counters, resources) = (&self.uniforms, &self.counters, &resources[..]);
-            let job = Job { gpu, halt, timer, uniforms, counters, resources, params };
+            let (uniforms, counters) = (&self.uniforms, &self.counters);
+            let job = Job { gpu, halt, timer, uniforms, counters, resources: &resources, params };
             // A group has one unit at least, of a sample in every pass at most.
             let limit = self.sample_places / self.learned.most_samples.max(count);
-            let (camera, camera_counts, camera_time) = job.run(&mut self.camera, groups.len() as u32, limit)?;
+            // Through a lens camera paths splat, too, into sums of their own.
+            let mut own = resources.clone();
+            own.push(("splats", &self.film.0));
+            let (camera, camera_counts, camera_time) =
+                Job { resources: &own, ..job }.run(&mut self.camera, groups.len() as u32, limit)?;
             self.learned.fitting =
                 self.learned.fitting.min(fitting(groups.iter().map(|g| g.samples).max().unwrap_or(1), camera.most_rays));
             stats += BatchStats { camera_rays: camera.rays, camera_time, camera_counts, ..camera };
             if let Some(light) = &mut self.light {
                 let groups = (light_units * count).div_ceil(params.light_units);
-                let (light, light_counts, light_time) = job.run(light, groups, u32::MAX)?;
+                let mut own = resources.clone();
+                own.extend(self.splats.iter().map(|(s, _)| ("splats", s)));
+                let (light, light_counts, light_time) = Job { resources: &own, ..job }.run(light, groups, u32::MAX)?;
                 self.learned.fitting = self.learned.fitting.min(fitting(params.light_units, light.most_rays));
                 let light_paths = u64::from(params.light_paths) * u64::from(count);
                 stats += BatchStats { light_paths, light_time, light_counts, ..light };
             }
             summed += count;
-            if summed >= PASSES_PER_SUM && first + count < passes.count {
+            if summed >= PASSES_PER_SUM && self.plan.bytes_of_sum() == 4 && first + count < passes.count {
                 self.sum_up(tile, &mut earlier)?;
                 summed = 0;
             }
@@ -409,7 +414,7 @@ impl GpuIntegrator {
     /// Brings back what passes over a tile came to, and has the guide learn from it.
     pub(super) fn bring_back(&mut self, tile: Tile, passes: Passes, earlier: Vec<f64>) -> Result<TileSums> {
         let values = self.values(tile);
-        let mut parts = vec![(&self.film.0, &self.film.1, 4 * values)];
+        let mut parts = vec![(&self.film.0, &self.film.1, self.plan.bytes_of_sum() * values)];
         parts.extend(self.splats.iter().map(|(splats, staging)| (splats, staging, 8 * values)));
         parts.extend(self.learned.guide.iter().map(Guide::report));
         // All that can fail comes first: the state changes as a whole or not at all.
@@ -422,7 +427,8 @@ impl GpuIntegrator {
         // Every pass is an estimate from all its light paths.
         let quantum = 1.0 / (f64::from(self.params.inverse_quantum) * f64::from(self.params.light_paths));
         let channels = self.plan.bins as usize + 3;
-        let sums = TileSums { tile, spp: passes.count, channels, film, earlier, splats, quantum };
+        let in_quanta = self.plan.has(Feature::SensorLens);
+        let sums = TileSums { tile, spp: passes.count, channels, film, in_quanta, earlier, splats, quantum };
         let light_paths = self.light_paths(passes);
         if let Some((guide, report)) = self.learned.guide.as_mut().zip(report) {
             guide.learn(cast_slice(&report), light_paths);

@@ -76,10 +76,11 @@ pub fn mean_squared_radius(passes: u64) -> f64 {
     (terms + integral(passes.max(EXACT)) - integral(EXACT)) / passes.max(1) as f64
 }
 
-/// Bytes of a point, its throughput included.
+/// Bytes of a point, its throughput included, and through a lens where each wavelength lands.
 pub(super) fn point_bytes(plan: &Plan) -> u64 {
     let sheen = if plan.has(Feature::Sheen) { texels::<PointSheen>() } else { 0 };
-    u64::from(texels::<PointLink>() + texels::<VisiblePoint>() + sheen + plan.wavelengths.div_ceil(4)) * 16
+    let of_wavelengths = plan.wavelengths.div_ceil(4) * if plan.has(Feature::SensorLens) { 2 } else { 1 };
+    u64::from(texels::<PointLink>() + texels::<VisiblePoint>() + sheen + of_wavelengths) * 16
 }
 
 /// Camera paths longer than this are merged within the radius of this length: cells fit the largest radius, so that it should not be much larger than

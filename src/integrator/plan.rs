@@ -109,6 +109,11 @@ impl Plan {
         self.techniques.adaptive_sampling && !self.has(Feature::ManyBins) && !self.has(Feature::SensorLens)
     }
 
+    /// Bytes of a sum over camera paths: a float, or quanta where a lens brings a path to several pixels.
+    pub(super) fn bytes_of_sum(&self) -> u64 {
+        if self.has(Feature::SensorLens) { 8 } else { 4 }
+    }
+
     /// WGSL constants of the plan.
     pub fn constants(&self) -> String {
         use super::brightness::BLOCKS;

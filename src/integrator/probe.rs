@@ -67,8 +67,8 @@ impl GpuIntegrator {
             };
             // Light paths are traced for every tile.
             probe.light_rays *= self.tile_count() as f64;
-            // One that was told stays. What camera paths bring through a lens is not told apart from what light paths do.
-            if !self.plan.has(super::Feature::SensorLens) && self.budget().is_none_or(|budget| budget.probe.is_some()) {
+            // One that was told stays.
+            if self.budget().is_none_or(|budget| budget.probe.is_some()) {
                 self.set_budget(Budget::from_probe(probe, self.plan.has(super::Feature::Merging)));
             }
         }

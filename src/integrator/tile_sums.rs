@@ -19,8 +19,9 @@ pub(super) struct TileSums {
     pub(super) spp: u32,
     /// Bins, and X, Y, Z.
     pub(super) channels: usize,
-    /// By camera paths, f32; of the last passes, where single precision does not hold all.
+    /// By camera paths, f32; of the last passes, where single precision does not hold all. Through a lens quanta, as of light paths.
     pub(super) film: Mapped,
+    pub(super) in_quanta: bool,
     /// Those before.
     pub(super) earlier: Vec<f64>,
     /// By light paths: quanta, u64.
@@ -41,18 +42,30 @@ impl TileSums {
         let by_camera = [sums[..bins].iter().sum(), sums[bins + 1]];
         let mut cut = 0;
         for (i, (sum, quanta)) in sums.iter_mut().zip(self.quanta(at)).enumerate() {
-            let unit = if i < bins { self.quantum } else { self.quantum * f64::from(XYZ_RATIO) };
-            cut += with_splats(sum, *quanta, unit);
+            cut += with_splats(sum, *quanta, self.unit(i));
         }
         (by_camera, cut)
     }
 
     /// Sums by camera paths alone: those of `at` among all.
     fn by_camera(&self, at: Range<usize>, sums: &mut [f32]) {
+        if self.in_quanta {
+            sums.fill(0.0);
+            let quanta: &[[u32; 2]] = cast_slice(&self.film);
+            for ((i, sum), quanta) in sums.iter_mut().enumerate().zip(&quanta[at]) {
+                with_splats(sum, *quanta, self.unit(i % self.channels));
+            }
+            return;
+        }
         sums.copy_from_slice(&cast_slice(&self.film)[at.clone()]);
         if !self.earlier.is_empty() {
             sums.iter_mut().zip(&self.earlier[at]).for_each(|(sum, earlier)| *sum = (earlier + f64::from(*sum)) as f32);
         }
+    }
+
+    /// What a quantum of channel `i` is worth.
+    fn unit(&self, i: usize) -> f64 {
+        if i + 3 < self.channels { self.quantum } else { self.quantum * f64::from(XYZ_RATIO) }
     }
 
     /// And by light paths; none where there are none.
@@ -66,7 +79,7 @@ impl TileSums {
 
     /// All sums, in `room` where they do not lie ready; by camera paths alone, and how many were cut.
     pub(super) fn all<'a>(&'a self, room: &'a mut Vec<f32>) -> (Cow<'a, [f32]>, Vec<ByCamera>, u64) {
-        let lie_ready = self.earlier.is_empty() && self.splats.is_none();
+        let lie_ready = self.earlier.is_empty() && self.splats.is_none() && !self.in_quanta;
         let bins = self.channels - 3;
         let mut by_camera = vec![[0.0; 2]; self.pixels()];
         if lie_ready {

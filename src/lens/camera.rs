@@ -34,13 +34,22 @@ pub struct AxialDisc {
     pub radius: f64,
 }
 
+/// Where the film of a camera is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Focus {
+    /// Where what lies this far before the entrance pupil, m, makes the smallest spot.
+    At(f64),
+    /// So far behind the last vertex, m.
+    Film(f64),
+}
+
 /// What the camera is to be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setting {
     /// Size of the film, m.
     pub film: DVec2,
-    /// Distance from the entrance pupil to the plane in focus, m; may be infinite.
-    pub focus_distance: f64,
+    /// Where the film is.
+    pub focus: Focus,
     /// The aperture, for objects at infinity; that of the lens if none.
     pub f_number: Option<f64>,
     /// Wavelengths that the camera is for, nm.
@@ -64,6 +73,8 @@ pub struct LensCamera {
     pub pupil: Vec<PupilBound>,
     /// All light that reaches the film comes, or would come without the lens, through this disc.
     pub front: AxialDisc,
+    /// Cosine of the angle to the axis beyond which no light from the scene reaches the film.
+    pub least_cos: f64,
     /// Rays into the scene start in this plane, before the first surface.
     pub start_z: f64,
     /// Irradiance in the middle of the film over the scene's radiance, at the d line, without losses: pi sin^2 of the marginal ray's angle, sr.
@@ -89,27 +100,25 @@ impl LensCamera {
             lens.surfaces[open.stop].stop = true;
         }
         let paraxial = lens.paraxial(LINE_D_NM);
-        let object_z = paraxial.entrance_pupil.0 - setting.focus_distance;
-        let film_z = lens.best_focus(&paraxial, object_z);
-        let gap = film_z - paraxial.last_vertex;
-        if !(gap.is_finite() && gap > 0.0) {
-            let problem = format!("the lens makes no image of what is {} m away behind itself", setting.focus_distance);
+        let film_z = match setting.focus {
+            Focus::At(distance) => lens.best_focus(&paraxial, paraxial.entrance_pupil.0 - distance),
+            Focus::Film(distance) => paraxial.last_vertex + distance,
+        };
+        if let (Focus::At(distance), false) = (setting.focus, film_z.is_finite() && film_z > paraxial.last_vertex) {
+            let problem = format!("the lens makes no image of what is {distance} m away behind itself");
             return fail(problem, "use a lens that converges, and a focus_distance beyond its focal length");
         }
         let front_rim = lens.surfaces[0].sag(lens.surfaces[0].semi_diameter);
-        let magnification =
-            if object_z.is_finite() { paraxial.focal_length / (object_z - paraxial.front_focus).abs() } else { 0.0 };
-        let tan_half_vfov = if magnification > 0.0 {
-            0.5 * setting.film.y / (magnification * setting.focus_distance)
-        } else {
-            0.5 * setting.film.y / paraxial.focal_length
-        };
+        // By the ray through the middle of the stop, which leaves the exit pupil at another angle than it enters by: both pupils are images of the stop.
+        let pupil_magnification = paraxial.exit_pupil.1 / paraxial.entrance_pupil.1;
+        let tan_half_vfov = (0.5 * setting.film.y / (film_z - paraxial.exit_pupil.0) * pupil_magnification).abs();
         let mut camera = LensCamera {
             pupil_z: paraxial.last_vertex,
             film: setting.film,
             film_z,
             pupil: Vec::new(),
             front: AxialDisc { z: 0.0, radius: 0.0 },
+            least_cos: 1.0,
             start_z: front_rim.min(0.0),
             axial: 0.0,
             tan_half_vfov,
@@ -143,7 +152,7 @@ impl LensCamera {
         // Light that grazes the rim of a surface that is hollow towards the film crosses the plane of its vertex further out.
         let widest = last.semi_diameter * (1.0 + last.sag(last.semi_diameter).abs() / (self.film_z - self.pupil_z)) * 1.5;
         let planes = [self.start_z, self.paraxial.entrance_pupil.0];
-        let mut reach = [0.0f64; 2];
+        let (mut reach, mut least_cos) = ([0.0f64; 2], 1.0f64);
         let radius_of = |i: usize| self.film_radius() * i as f64 / (PUPIL_BOUNDS - 1) as f64;
         let mut pupil = Vec::new();
         for i in 0..PUPIL_BOUNDS {
@@ -159,6 +168,7 @@ impl LensCamera {
                     for out in tracers.iter().filter_map(|t| t.trace(self.ray_from_film(film, p))).filter(|out| out.is_clear) {
                         clear.push(p);
                         let far = planes.map(|z| out.ray.at(z).truncate().length());
+                        least_cos = least_cos.min(out.ray.d.z.abs());
                         reach = [reach[0].max(far[0]), reach[1].max(far[1])];
                     }
                 }
@@ -182,6 +192,8 @@ impl LensCamera {
             });
         }
         self.pupil = pupil;
+        // Rays between those of the grid may be a little further out.
+        self.least_cos = 1.0 - 1.1 * (1.0 - least_cos);
         let plane = if reach[1] < reach[0] && planes[1].is_finite() { 1 } else { 0 };
         self.front = AxialDisc { z: planes[plane], radius: 1.02 * reach[plane] };
     }

@@ -126,6 +126,7 @@ impl Checkpoint {
             stats: rendering.stats,
             exposure: Some(exposure),
             irradiance: picture["irradiance"].as_bool().unwrap_or(false),
+            film_sr: picture["film_sr"].as_f64(),
         };
         let aovs = header["request"]["aov"].as_array();
         Ok((rendering, provenance, aovs.is_some_and(|all| all.iter().any(|aov| aov == "error"))))

@@ -61,6 +61,8 @@ pub struct Provenance {
     pub exposure: Option<f64>,
     /// The pixels are irradiance instead of radiance.
     pub irradiance: bool,
+    /// Of a camera with a lens: the pixels are irradiance on the film over this many sr ([`crate::lens::LensCamera::axial`]).
+    pub film_sr: Option<f64>,
 }
 
 /// Which extra channels a file gets; none unless asked for.
@@ -146,6 +148,11 @@ pub(super) fn attributes(film: &Film, p: &Provenance, aovs: &Aovs) -> Vec<(&'sta
     let count = |n: u64| AttributeValue::Text(text(&n.to_string()));
     let bins = &film.settings().bins;
     let mean_errors: Vec<String> = (0..film.bins()).map(|b| format!("{:e}", film.mean_standard_error(b) as f32)).collect();
+    let film_irradiance = |sr: f64| {
+        string(&format!(
+            "{sr:e} sr times the pixels: irradiance W.m^-2.nm^-1 on the film, behind the lens; 1 is what unit radiance gives on the axis, at the d line, without losses"
+        ))
+    };
     let mut list = vec![
         ("spectralLayoutVersion", string("1.0")),
         ("emissiveUnits", string("W.m^-2.sr^-1")),
@@ -174,6 +181,7 @@ pub(super) fn attributes(film: &Film, p: &Provenance, aovs: &Aovs) -> Vec<(&'sta
         ("abbe.droppedUnfinished", count(p.stats.unfinished)),
         ("abbe.truncated", count(p.stats.truncated)),
     ];
+    list.extend(p.film_sr.map(|sr| ("abbe.filmIrradiance", film_irradiance(sr))));
     list.extend(descriptions(aovs));
     list
 }

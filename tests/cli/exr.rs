@@ -56,6 +56,7 @@ fn provenance() -> Provenance {
         seed: u64::MAX,
         techniques: "all".to_string(),
         merging: false,
+        film_sr: None,
         seconds: 1.5,
         stats: BatchStats {
             paths: 1,

@@ -2,6 +2,7 @@
 //! filled with nasty numbers, more of them in a sweep. Known attacks and inputs of past
 //! failures lie in tests/data/hostile.
 
+mod lenses;
 mod memory;
 mod mutation;
 #[path = "../support/sweep.rs"]

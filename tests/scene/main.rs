@@ -7,6 +7,7 @@ mod gltf;
 mod grain;
 mod instances;
 mod khronos;
+mod lenses;
 mod looks;
 mod malformed;
 mod measured;

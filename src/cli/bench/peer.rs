@@ -158,7 +158,7 @@ fn fog(scene: &Scene) -> Option<usize> {
 
 /// The scene as the driver reads it, meshes written into `folder`; the error says what of it the driver does not know.
 fn describe(scene: &Scene, integrator: &str, folder: &Path) -> std::result::Result<Value, String> {
-    let Sensor::Perspective { eye, frame, tan_half_vfov, lens_radius: 0.0, .. } = &scene.sensor else {
+    let Sensor::Perspective { eye, frame, tan_half_vfov, lens_radius: 0.0, optics: None, .. } = &scene.sensor else {
         return Err("only pinhole cameras are handed over".to_string());
     };
     if !scene.lights.is_empty() {

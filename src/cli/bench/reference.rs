@@ -122,6 +122,7 @@ pub fn make(args: &Args, folder: &Path, path: &Path, scene: &Scene) -> Result<()
         stats: progress.stats,
         exposure: scene.film.exposure,
         irradiance: sensor_area(&scene.sensor).is_some(),
+        film_sr: scene.sensor.optics().map(|o| o.axial),
     };
     write_exr(&file, &rendering.film, &origin, Aovs { errors: true, ..Aovs::default() })?;
     note(&format!(

@@ -1,15 +1,15 @@
-//! The lens of a camera as a table: its surfaces, and the bounds of its exit pupil.
+//! The lens of a camera: its surfaces, and the bounds of its exit pupil. They are uniforms, which every path reads in the same order.
 
 use super::rows::{Rows, SpectrumRow};
 use crate::gpu::layout::LensSurface;
+use crate::gpu::{Gpu, Resource};
 use crate::lens::{LensCamera, Surface};
 use crate::scene::Scene;
 use crate::spectrum::{Ior, Spectrum};
-use bytemuck::cast_slice;
 use glam::Vec4;
 
-/// Its texels, and its sizes as constants of the shaders; nothing where the camera has none.
-pub(super) fn build(scene: &Scene, rows: &mut Rows) -> (Vec<[u32; 4]>, String) {
+/// Named buffers, and sizes as constants of the shaders; nothing where the camera has no lens.
+pub(super) fn build(gpu: &Gpu, scene: &Scene, rows: &mut Rows) -> (Vec<(&'static str, Resource)>, String) {
     let Some(camera) = scene.sensor.optics() else { return Default::default() };
     let LensCamera { lens, pupil, .. } = camera;
     let mut medium = |before: Option<&Surface>| {
@@ -19,12 +19,12 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows) -> (Vec<[u32; 4]>, String) {
         (rows.add(SpectrumRow::Ior(ior)), rows.spectrum(&absorption))
     };
     let mut front = medium(None);
-    let mut texels: Vec<[u32; 4]> = Vec::new();
+    let mut surfaces = Vec::new();
     for (surface, z) in lens.surfaces.iter().zip(lens.vertices()) {
         let behind = medium(Some(surface));
         let coefficient = |i: usize| surface.aspheric.get(i).copied().unwrap_or(0.0) as f32;
         let four = |first: usize| Vec4::from_array(std::array::from_fn(|i| coefficient(first + i)));
-        texels.extend_from_slice(cast_slice(&[LensSurface {
+        surfaces.push(LensSurface {
             curvature: surface.curvature() as f32,
             conic: surface.conic as f32,
             z: z as f32,
@@ -35,11 +35,19 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows) -> (Vec<[u32; 4]>, String) {
             absorption: behind.1,
             low: four(0),
             high: four(4),
-        }]));
+        });
         front = behind;
     }
+    // Centre, and half extents.
     let bounds: Vec<Vec4> = pupil.iter().map(|b| Vec4::new(b.center as f32, b.half.x as f32, b.half.y as f32, 0.0)).collect();
-    texels.extend_from_slice(cast_slice(&bounds));
-    let constants = format!("const LENS_SURFACES = {}u;\nconst LENS_BOUNDS = {}u;\n", lens.surfaces.len(), pupil.len());
-    (texels, constants)
+    let uniform = |label: &str, bytes: &[u8]| {
+        let buffer = gpu.uniform(label, bytes.len() as u64);
+        gpu.write(&buffer, bytes);
+        buffer
+    };
+    let resources = vec![
+        ("lens", uniform("surfaces of the lens", bytemuck::cast_slice(&surfaces))),
+        ("pupil_bounds", uniform("bounds of the exit pupil", bytemuck::cast_slice(&bounds))),
+    ];
+    (resources, format!("const LENS_SURFACES = {}u;\nconst LENS_BOUNDS = {}u;\n", surfaces.len(), bounds.len()))
 }

@@ -67,7 +67,7 @@ impl GpuScene {
         let interiors = interiors(scene, &mut rows);
         let mut textures = Textures::default();
         let (materials, tables) = materials::build(scene, &mut rows, &mut textures)?;
-        let (lens, lens_constants) = lens::build(scene, &mut rows);
+        let (lens, lens_constants) = lens::build(gpu, scene, &mut rows);
         stage::enter(Stage::Lights);
         let lights = lights::build(scene, &mut rows, &mut textures, bounds, origin)?;
         stage::enter(Stage::Hierarchies);
@@ -81,7 +81,7 @@ impl GpuScene {
         }
         let targets = targets::build(scene, origin, guiding);
         stage::enter(Stage::Uploading);
-        let resources = vec![
+        let mut resources = vec![
             ("bvh", gpu.table("BVH nodes", &geometry.nodes)?),
             ("primitives", gpu.table("primitives", &geometry.primitives)?),
             ("instances", gpu.table("instances", &geometry.instances.table)?),
@@ -95,8 +95,8 @@ impl GpuScene {
             ("environment", gpu.table("environment picture", &lights.environment)?),
             ("profiles", gpu.table("profiles of lamps", &lights.profiles)?),
             ("textures", gpu.table("textures", &textures)?),
-            ("lens", gpu.table("lens of the camera", &lens)?),
         ];
+        resources.extend(lens);
         let bytes = resources.iter().map(|(_, r)| r.size()).sum();
         let params = Params {
             lights: records.len() as u32,

@@ -1,7 +1,7 @@
 //! Lenses: prescriptions as JSON, from files and by name, and cameras made of them.
 
 use crate::error::{Error, Result, quoted, suggest};
-use crate::lens::camera::Setting;
+use crate::lens::camera::{Focus, Setting};
 use crate::lens::{Fault, Glass, LensCamera, Prescription, Surface, library, zmx};
 use crate::scene::json::Node;
 use crate::scene::json::files::{Files, read_scene_file};
@@ -180,7 +180,13 @@ pub(in crate::scene) fn camera(inner: &Node, film: &FilmSettings, reader: &Spect
     }
     let setting = Setting {
         film: DVec2::new(width, height),
-        focus_distance: inner.get("focus_distance").map_or(Ok(distance), |n| n.length())?,
+        focus: match (inner.get("film_distance"), inner.get("focus_distance")) {
+            (Some(film), None) => Focus::Film(film.length()?),
+            (Some(film), Some(_)) => {
+                return Err(film.fail("both \"film_distance\" and \"focus_distance\" are given", "keep one of them"));
+            }
+            (None, focus) => Focus::At(focus.map_or(Ok(distance), |n| n.length())?),
+        },
         f_number: inner.get("f_number").map(|n| n.positive()).transpose()?,
         range_nm: reader.range,
     };
@@ -193,7 +199,7 @@ pub(in crate::scene) fn camera(inner: &Node, film: &FilmSettings, reader: &Spect
         frame,
         tan_half_vfov: optics.tan_half_vfov,
         lens_radius: optics.paraxial.entrance_pupil.1.abs(),
-        focus_distance: setting.focus_distance,
+        focus_distance: if let Focus::At(distance) = setting.focus { distance } else { distance },
         optics: Some(Arc::new(optics)),
     })
 }

@@ -1,5 +1,6 @@
 //! The table of cases, and what their scenes share.
 
+mod camera;
 mod caustics;
 mod glass;
 mod hard;
@@ -24,6 +25,7 @@ pub fn all() -> Vec<Case> {
         glass::cases(),
         refraction::cases(),
         lenses::cases(),
+        camera::cases(),
         caustics::cases(),
         uniform::cases(),
         light::cases(),

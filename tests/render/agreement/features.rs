@@ -4,11 +4,13 @@ use super::compare::{gpu_agrees_after_binning, gpu_agrees_with_reference};
 use super::textures;
 use crate::adapter;
 use crate::scenes::*;
+use abbe::lens::LensCamera;
+use abbe::lens::camera::{Focus, Setting};
 use abbe::render::Integrator;
 use abbe::scene::texture::Spectra;
 use abbe::scene::*;
 use abbe::spectrum::{Formula, Ior};
-use glam::{DMat3, DVec3, dvec3};
+use glam::{DMat3, DVec2, DVec3, dvec3};
 use std::sync::Arc;
 
 /// A room under a large lamp and a dim sky, which are easy to hit, seen from its front.
@@ -413,6 +415,30 @@ fn seen_by(sensor: Sensor) -> Scene {
     s
 }
 
+/// The room as a double Gauss sees it, out of focus at the sides, with an asphere before it, in glass that absorbs; caustics of a ball are in the picture.
+fn lens_of_surfaces() -> Scene {
+    let mut s = seen_by(pinhole(dvec3(0.0, 1.0, 3.4), dvec3(0.0, 0.6, 0.0), 0.32));
+    let mut lens = load_lens("gauss", None).expect("a lens that ships");
+    lens.surfaces[0].aspheric = vec![0.0, 300.0];
+    for surface in &mut lens.surfaces {
+        if let Some(glass) = &mut surface.glass {
+            glass.absorption = Some(ramp(20.0, 5.0));
+        }
+    }
+    let setting = Setting {
+        film: DVec2::splat(0.03),
+        focus: Focus::At(2.5),
+        f_number: None,
+        range_nm: (s.film.bins.min_nm, s.film.bins.max_nm),
+    };
+    let camera = LensCamera::new(lens, &setting).expect("a camera");
+    if let Sensor::Perspective { optics, .. } = &mut s.sensor {
+        *optics = Some(Arc::new(camera));
+    }
+    s.film.filter = Filter::Tent { radius: 1.0 };
+    s
+}
+
 fn lens() -> Scene {
     let mut s = seen_by(pinhole(dvec3(0.0, 1.0, 3.4), dvec3(0.0, 0.6, 0.0), 0.32));
     if let Sensor::Perspective { lens_radius, focus_distance, .. } = &mut s.sensor {
@@ -527,6 +553,7 @@ agree! {
     a_sky_of_spectra, 88, 1.0, measured_sky();
     lamps_of_all_shapes, 24, 1.0, lamps();
     thin_lens_and_tent, 88, 1.0, lens();
+    through_the_surfaces_of_a_lens, 96, 1.0, lens_of_surfaces();
     orthographic_and_gaussian, 160, 1.0, orthographic_view();
     irradiance_on_a_plane, 96, 1.0, irradiance_plane();
     irradiance_on_a_sphere, 16, 1.0, irradiance_sphere();

@@ -10,6 +10,7 @@ mod develop;
 mod directions;
 mod errors;
 mod intersect;
+mod lens;
 mod limits;
 mod plan;
 mod precision;
