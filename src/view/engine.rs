@@ -477,6 +477,7 @@ impl Engine {
             stats: self.rendering.stats,
             exposure: scene.film.exposure,
             irradiance: matches!(scene.sensor, Sensor::IrradiancePlane { .. } | Sensor::IrradianceSphere { .. }),
+            film_sr: scene.sensor.optics().map(|o| o.axial),
         }
     }
 
