@@ -93,41 +93,48 @@ impl Kernel<'_> {
             let seen = self.feature_distances(i * ROWS, rows);
             for half in 0..2 {
                 let distances = self.distances(1 - half, i * ROWS, rows);
-                for (out, width) in out.iter_mut().zip(self.widths) {
-                    self.apply((&distances, &seen), width.powi(-2), &data[half], channels, i * ROWS, out[half]);
-                }
+                let mut out: Vec<&mut [f32]> = out.iter_mut().map(|halves| &mut *halves[half]).collect();
+                self.apply((&distances, &seen), &data[half], channels, i * ROWS, &mut out);
             }
         });
         filtered
     }
 
-    /// Sums over the surroundings of the pixels of some rows.
+    /// Weighted means over the surroundings of the pixels of some rows, for each of the widths.
     fn apply(
         &self,
         (distances, seen): (&[f32], &[f32]),
-        scale: f32,
         data: &[f32],
         channels: usize,
         first_row: usize,
-        out: &mut [f32],
+        out: &mut [&mut [f32]],
     ) {
-        let Size { width, .. } = self.size;
-        let pixels = out.len() / channels;
-        for (i, sums) in out.chunks_exact_mut(channels).enumerate() {
-            let pixel = first_row * width + i;
-            let mut total = 0.0;
+        let Size { width, height } = self.size;
+        let pixels = ROWS.min(height - first_row) * width;
+        let scales: Vec<f32> = self.widths.iter().map(|width| width.powi(-2)).collect();
+        let least = scales.iter().copied().fold(f32::INFINITY, f32::min);
+        let mut totals = vec![0.0; scales.len()];
+        for i in 0..pixels {
+            let (pixel, at) = (first_row * width + i, i * channels..(i + 1) * channels);
+            totals.fill(0.0);
             for offset in 0..OFFSETS {
-                let at = offset * pixels + i;
-                let weight = falling(distances[at] * scale + seen[at]);
-                if weight > 0.0 {
-                    // Offsets that leave the picture have no weight.
-                    let other = pixel + offset / SIDE * width + offset % SIDE - RADIUS * (width + 1);
-                    total += weight;
-                    sums.iter_mut().zip(&data[other * channels..(other + 1) * channels]).for_each(|(sum, v)| *sum += weight * v);
+                let (distance, seen) = (distances[offset * pixels + i], seen[offset * pixels + i]);
+                // Most are like nothing, whatever the width; so are those outside the picture.
+                if distance * least + seen >= FALLEN {
+                    continue;
+                }
+                let other = pixel + offset / SIDE * width + offset % SIDE - RADIUS * (width + 1);
+                let values = &data[other * channels..(other + 1) * channels];
+                for ((out, total), scale) in out.iter_mut().zip(&mut totals).zip(&scales) {
+                    let weight = falling(distance * scale + seen);
+                    *total += weight;
+                    out[at.clone()].iter_mut().zip(values).for_each(|(sum, v)| *sum += weight * v);
                 }
             }
             // The pixel itself has a weight of 1.
-            sums.iter_mut().for_each(|sum| *sum /= total);
+            for (out, total) in out.iter_mut().zip(&totals) {
+                out[at.clone()].iter_mut().for_each(|sum| *sum /= total);
+            }
         }
     }
 
@@ -170,10 +177,10 @@ impl Kernel<'_> {
                     sum_across(&row, patch, across);
                 }
                 for (i, distances) in distances.chunks_exact_mut(width).enumerate() {
-                    for (x, distance) in distances.iter_mut().enumerate() {
-                        let sum: f32 = (i..=i + 2 * patch).map(|row| across[row * width + x]).sum();
-                        *distance += (share * sum).max(0.0) * weight;
-                    }
+                    let mut rows = across[i * width..(i + 2 * patch + 1) * width].chunks_exact(width);
+                    rows.next().into_iter().for_each(|first| row.copy_from_slice(first));
+                    rows.for_each(|more| row.iter_mut().zip(more).for_each(|(sum, v)| *sum += v));
+                    distances.iter_mut().zip(&row).for_each(|(distance, sum)| *distance += (share * sum).max(0.0) * weight);
                 }
             }
         }
@@ -215,9 +222,12 @@ fn sum_across(row: &[f32], radius: usize, sums: &mut [f32]) {
     }
 }
 
-/// exp(-x), nearly, and 0 from 8 on.
+/// From here on [`falling`] is 0.
+const FALLEN: f32 = 8.0;
+
+/// exp(-x), nearly.
 fn falling(x: f32) -> f32 {
-    let base = (1.0 - 0.125 * x).max(0.0);
+    let base = (1.0 - x / FALLEN).max(0.0);
     let fourth = base * base * (base * base);
     fourth * fourth
 }

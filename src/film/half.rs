@@ -18,10 +18,11 @@ impl Half {
         Half { mean: vec![0.0; pixels * channels], weight: vec![0.0; pixels] }
     }
 
-    /// Adds a batch's `sums` over `w` samples of a pixel that has had `batches` before, if it is one of this half. Passes of even and of odd number have
-    /// other wavelengths, so that the halves do not take turns: they follow the sequence of Thue and Morse.
-    pub(super) fn add<T: Copy + Into<f64>>(&mut self, pixel: usize, batches: u32, sums: &[T], w: f64) {
-        if batches.count_ones() % 2 == 1 {
+    /// Adds a batch's `sums` over `w` samples of a pixel that has had `before`, if it is one of this half. Wavelengths of passes in a row make up for each
+    /// other, so that halves that took turns would each lack what the other has: they have long runs, each as long as all before it.
+    pub(super) fn add<T: Copy + Into<f64>>(&mut self, pixel: usize, before: f64, sums: &[T], w: f64) {
+        let run = (before as u64).checked_ilog2().map_or(0, |run| run + 1);
+        if run % 2 == 1 {
             return;
         }
         self.weight[pixel] += w as f32;

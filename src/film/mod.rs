@@ -141,7 +141,7 @@ impl Film {
         if let Some(half) = &mut self.half {
             for (i, sums) in sums.chunks_exact(channels).enumerate() {
                 let pixel = (tile.y as usize + i / columns) * width + first + i % columns;
-                half.add(pixel, self.batches[pixel], sums, w);
+                half.add(pixel, self.weight[pixel], sums, w);
             }
         }
         let whole = &mut self.whole;
