@@ -17,6 +17,9 @@ const BATCHES: u32 = 4;
 const LEAST_SHARED: u32 = 4;
 /// Fewest samples of a block, over the mean of all.
 const LEAST: f64 = 0.25;
+/// Squared relative deviation of rates from which on they are worth it: the part of the work that they save. What blocks differ by where only wavelengths are random
+/// is less, and there even rates let errors fall faster.
+const WORTHWHILE: f64 = 0.05;
 
 /// Rates of sampling over a picture, and what they are learned from.
 #[derive(Debug)]
@@ -157,6 +160,9 @@ fn rates([a, b]: &[Vec<f64>; 2]) -> Vec<f64> {
     let in_common = (covariance(&halves[0], &halves[1]) / variance).clamp(0.0, 1.0);
     let believed = 2.0 * in_common / (1.0 + in_common);
     let mut rates: Vec<f64> = both.iter().map(|d| usual + believed * (d - usual)).collect();
+    if covariance(&rates, &rates) < WORTHWHILE * usual * usual {
+        return vec![1.0; a.len()];
+    }
     // Bounded, and one in the mean.
     for _ in 0..8 {
         let mean = mean(&rates);
@@ -183,6 +189,8 @@ mod tests {
         assert_eq!(rates(&[vec![0.0; 4], vec![0.0; 4]]), [1.0; 4]);
         let few = [vec![1.0; 1], vec![1e6; 1]];
         assert_eq!(rates(&few), [1.0]);
+        // A tenth more or less is not worth it.
+        assert_eq!(rates(&[vec![0.81, 1.21, 0.81, 1.21], vec![0.81, 1.21, 0.81, 1.21]]), [1.0; 4]);
         // Within bounds, and one in the mean.
         let mut lone = vec![0.0; 100];
         lone[3] = 1.0;

@@ -231,8 +231,10 @@ features! {
     ManyBins "MANY_BINS" if |n| super::Wavelengths::per_path(n.scene.film.bins.count) != n.scene.film.bins.count;
     /// Emitters count where paths sampled by the BSDF meet them.
     BsdfSampling "BSDF_SAMPLING" if |n| n.techniques.bsdf_sampling;
-    /// Next-event estimation.
-    NextEventEstimation "NEXT_EVENT_ESTIMATION" if |n| n.has(Feature::LightsPresent) && n.techniques.next_event_estimation;
+    /// Next-event estimation. Of what shines alike from everywhere, and nothing else, scattered paths find as much by themselves, spread as it is wanted.
+    NextEventEstimation "NEXT_EVENT_ESTIMATION" if |n| {
+        n.has(Feature::LightsPresent) && n.techniques.next_event_estimation && !(n.is_lit_evenly() && n.has(Feature::BsdfSampling))
+    };
     /// Lights are chosen by a grid over the scene.
     LightGrid "LIGHT_GRID" in Lights as "chosen by a grid" if |n| n.techniques.next_event_estimation && light_grid_pays(n.scene);
     /// Lamps lie in surfaces of others, which do not shadow them.
@@ -383,6 +385,11 @@ impl<'a> Needs<'a> {
 
     fn light(&self, f: impl Fn(&Light) -> bool) -> bool {
         self.scene.lights.iter().any(f)
+    }
+
+    /// A constant environment is the only light.
+    fn is_lit_evenly(&self) -> bool {
+        !self.emitter(|_| true) && self.scene.lights.iter().all(|l| matches!(l, Light::Constant { .. }))
     }
 
     /// Something bends light, or a spot or beam lights fog, and something scatters it to the sensor: camera paths find little of that.

@@ -264,8 +264,13 @@ impl GpuIntegrator {
             }
             sum
         };
+        let (point, is_mirrored) = self.wavelengths.point(pass);
+        let offset = (inverse(2, point) + shift(0)).fract();
         // Samples in a row go through the wavelengths of one place.
-        ((inverse(2, pass) + shift(0)).fract(), (inverse(3, pass / u64::from(self.collapse_wavelengths)) + shift(1)).fract())
+        (
+            if is_mirrored { 1.0 - offset } else { offset },
+            (inverse(3, pass / u64::from(self.collapse_wavelengths)) + shift(1)).fract(),
+        )
     }
 
     /// Spectra of `count` passes from `first` as the shaders read them, and the bin of each wavelength.
@@ -445,12 +450,12 @@ impl GpuIntegrator {
         let mut counts = SampleCounts::new(rates.len());
         for first in (0..passes.count).step_by(ROUND as usize) {
             let round = ROUND.min(passes.count - first);
-            let key = splitmix(splitmix(u64::from(self.seed) << 32 | u64::from(passes.batch)) ^ u64::from(first));
+            let number = self.wavelengths.point(passes.number + u64::from(first)).0 / u64::from(round);
             let size = round.div_ceil(round.div_ceil(most));
             let split = |counts: &SampleCounts| -> Vec<(u32, Window)> {
                 (0..round).step_by(size as usize).map(|at| (first + at, counts.window(at, size.min(round - at)))).collect()
             };
-            counts.begin_round(rates, round, key);
+            counts.begin_round(rates, round, number, splitmix(u64::from(self.seed)));
             let mut of_round = split(&counts);
             if !of_round.iter().all(|(_, window)| fits(window)) {
                 // Of a tile with more than its share of the picture's samples; elsewhere by a chance that is next to nothing.

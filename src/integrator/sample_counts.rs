@@ -6,9 +6,11 @@ use crate::gpu::layout::{WorkGroup, WorkItem};
 pub(super) const MOST: f64 = 4.0;
 /// Passes of a round: sample counts are whole numbers in each.
 pub(super) const ROUND: u32 = 16;
+/// Runs of a round: a quarter of its passes each. Wavelengths of the passes of a run are evenly spread, as those of a round are.
+pub(super) const RUNS: u32 = 4;
 
-/// Samples of the blocks of a tile in a round of passes: of each so many, in passes in a row, which go on from the last to the first, from a random one on.
-/// Wavelengths of passes in a row are well spread, and a block has a sample of any pass as likely.
+/// Samples of the blocks of a tile in a round of passes: of each some whole runs, in a row, which go on from the last to the first. Where a block begins moves from
+/// round to round so that over four rounds (16, 64, ...) of equal rates it has every run as often, and with it wavelengths spread as evenly as those of all passes.
 pub(super) struct SampleCounts {
     passes: u32,
     counts: Vec<u32>,
@@ -60,18 +62,25 @@ impl SampleCounts {
         Self { passes: 0, counts: vec![0; blocks], starts: vec![0; blocks], had: vec![0; blocks] }
     }
 
-    /// Chooses counts of a round of up to [`ROUND`] passes, whose means over rounds are `rates` of the passes; `key` is that of the random numbers.
-    pub(super) fn begin_round(&mut self, rates: &[f64], passes: u32, key: u64) {
+    /// Chooses counts of a round of up to [`ROUND`] passes, whose means over blocks are `rates` of the passes: round `number` of all that are as long, of a tile
+    /// whose random numbers have the key `key`. One that has no whole runs is even.
+    pub(super) fn begin_round(&mut self, rates: &[f64], passes: u32, number: u64, key: u64) {
+        if !passes.is_multiple_of(RUNS) {
+            return self.begin_evenly(passes);
+        }
         self.passes = passes;
-        // What is rounded off, or is more than it should be, goes to the next block, so that the sum over blocks is right.
-        let mut left = (splitmix(key) >> 40) as f64 * 0.5f64.powi(24);
+        let turn = digit_sum(number);
+        // What is rounded off, or is more than it should be, goes to the next block, so that the sum over blocks is right. The same in every round: sample counts
+        // that change would spoil how wavelengths are spread.
+        let mut left = 0.5;
         for (block, rate) in rates.iter().enumerate() {
-            left += rate * f64::from(passes);
-            let count = left.floor().clamp(1.0, MOST * f64::from(passes));
-            left -= count;
-            let (count, any) = (count as u32, splitmix(key ^ ((block as u64 + 1) << 32)) >> 32);
-            self.counts[block] = count;
-            self.starts[block] = if count.is_multiple_of(passes) { 0 } else { ((any * u64::from(passes)) >> 32) as u32 };
+            left += rate * f64::from(RUNS);
+            let runs = left.floor().clamp(1.0, MOST * f64::from(RUNS));
+            left -= runs;
+            let runs = runs as u32;
+            let first = splitmix(key ^ block as u64).wrapping_add(u64::from(runs) * turn) % u64::from(RUNS);
+            self.counts[block] = runs * (passes / RUNS);
+            self.starts[block] = if runs.is_multiple_of(RUNS) { 0 } else { first as u32 * (passes / RUNS) };
         }
     }
 
@@ -117,6 +126,17 @@ impl SampleCounts {
     }
 }
 
+/// Sum of the digits of base [`RUNS`]. As the first digit of a radical inverse before those of `number` it makes a point that is as evenly spread as the rest
+/// (all ones in the first row of the generator matrix: Faure 1982).
+fn digit_sum(mut number: u64) -> u64 {
+    let mut sum = 0;
+    while number > 0 {
+        sum += number % u64::from(RUNS);
+        number /= u64::from(RUNS);
+    }
+    sum
+}
+
 /// SplitMix64 (Steele et al. 2014).
 pub(super) fn splitmix(key: u64) -> u64 {
     let mut h = key.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -142,8 +162,8 @@ mod tests {
         let rates = [0.25, 4.0, 1.0, 0.9, 2.3, 0.3, 1.7, 0.25];
         let mut counts = SampleCounts::new(rates.len());
         let mut had = [0; 8];
-        for (round, passes) in [16, 16, 5, 1].into_iter().enumerate() {
-            counts.begin_round(&rates, passes, round as u64);
+        for (round, passes) in [16, 8, 16, 4, 5, 1].into_iter().enumerate() {
+            counts.begin_round(&rates, passes, round as u64, 7);
             for size in [1, 3, 8, 16] {
                 let mut all = Vec::new();
                 for first in (0..passes).step_by(size as usize) {
@@ -170,7 +190,7 @@ mod tests {
     #[test]
     fn groups_have_all_units_in_turn_and_up_to_so_many_samples() {
         let mut counts = SampleCounts::new(8);
-        counts.begin_round(&[0.25, 4.0, 1.0, 0.9, 2.3, 0.3, 1.7, 0.25], 16, 0);
+        counts.begin_round(&[0.25, 4.0, 1.0, 0.9, 2.3, 0.3, 1.7, 0.25], 16, 0, 0);
         let window = counts.window(0, 16);
         for most in [1, 5, 16, 40, 64, 1000] {
             let groups = window.groups(most);
@@ -192,31 +212,41 @@ mod tests {
     }
 
     #[test]
-    fn blocks_have_their_rates_and_any_pass_is_as_likely() {
-        // As many as a whole number of samples comes to, the sum being what it should be.
+    fn blocks_have_their_rates_to_a_quarter_of_a_round() {
         let rates: Vec<f64> = (0..64).map(|i| 0.25 + 1.5 * f64::from(i) / 63.0).collect();
-        let (mut counts, mut sums, mut of_pass) = (SampleCounts::new(64), vec![0.0; 64], vec![[0.0; 16]; 64]);
-        const ROUNDS: u64 = 4000;
-        for round in 0..ROUNDS {
-            counts.begin_round(&rates, 16, splitmix(round));
-            assert_eq!(counts.counts.iter().sum::<u32>().abs_diff(1024), u32::from(counts.counts.iter().sum::<u32>() != 1024));
-            for (block, count) in counts.counts.iter().enumerate() {
-                sums[block] += f64::from(*count);
-            }
-            for (block, _, pass) in samples(&counts.window(0, 16)) {
-                of_pass[block as usize][pass as usize] += 1.0 / f64::from(counts.counts[block as usize]);
+        let mut counts = SampleCounts::new(64);
+        for passes in [16, 8, 4] {
+            counts.begin_round(&rates, passes, 5, 1);
+            assert!(counts.counts.iter().sum::<u32>().abs_diff(64 * passes) <= passes / RUNS);
+            for (count, rate) in counts.counts.iter().zip(&rates) {
+                assert!((f64::from(*count) / f64::from(passes) - rate).abs() <= 0.25, "{count} of {passes} for {rate}");
             }
         }
-        for (block, rate) in rates.iter().enumerate() {
-            assert!((sums[block] / ROUNDS as f64 - 16.0 * rate).abs() < 0.05, "{block}: {} of {}", sums[block], 16.0 * rate);
-            // A pass has at most one sample of 4 in a round: a sixteenth of the weight, give or take 4 standard deviations.
-            let least_sure = 4.0 * (0.25f64 * 0.0625 * 1.0 / ROUNDS as f64).sqrt();
-            for (pass, weight) in of_pass[block].iter().enumerate() {
-                assert!((weight / ROUNDS as f64 - 1.0 / 16.0).abs() < least_sure, "block {block}, pass {pass}: {weight}");
+        // One run each is the least, and then there is none left for others; a round that has none is even.
+        counts.begin_round(&[0.1; 64], 16, 0, 7);
+        assert_eq!(counts.counts, [4; 64]);
+        counts.begin_round(&rates, 3, 0, 7);
+        assert_eq!(counts.counts, [3; 64]);
+    }
+
+    #[test]
+    fn wavelengths_of_every_block_are_as_evenly_spread_as_those_of_all_passes() {
+        // Offsets of passes are reversed bits of their numbers.
+        let rates: Vec<f64> = (1..=16).map(|runs| 0.25 * f64::from(runs)).collect();
+        let mut counts = SampleCounts::new(16);
+        for (passes, rounds) in [(16, 4), (16, 16), (16, 64), (8, 16), (4, 64)] {
+            let strata = (passes * rounds / RUNS) as usize;
+            let mut found = vec![vec![0; strata]; 16];
+            for round in 0..rounds {
+                counts.begin_round(&rates, passes, u64::from(round), 3);
+                for (block, _, pass) in samples(&counts.window(0, passes)) {
+                    let offset = f64::from((round * passes + pass).reverse_bits()) * 0.5f64.powi(32);
+                    found[block as usize][(offset * strata as f64) as usize] += 1;
+                }
+            }
+            for (block, found) in found.iter().enumerate() {
+                assert!(found.iter().all(|n| *n == block + 1), "block {block}, {rounds} rounds of {passes}: {found:?}");
             }
         }
-        // One sample each is the least, and then there is none left for others.
-        counts.begin_round(&rates, 1, 7);
-        assert_eq!(counts.counts, [1; 64]);
     }
 }

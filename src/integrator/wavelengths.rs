@@ -3,6 +3,7 @@
 //! The offset is warped inside each stratum by the distribution of the scene's emission, mixed with half uniform, so that a line of a laser or a
 //! fluorescent lamp does not fall between samples; the density enters the film's weights.
 
+use super::sample_counts::ROUND;
 use crate::scene::{Bins, Light, Scene, WavelengthSampling};
 use crate::spectrum::Spectrum;
 use crate::spectrum::library::{Observer, observer};
@@ -14,16 +15,23 @@ pub struct Wavelengths {
     /// Probability up to each wavelength of keeping it where wavelengths part: the mean of uniform, of emission's, and of its luminance's.
     collapse_cdf: Vec<f64>,
     sampling: WavelengthSampling,
+    /// Offsets of rounds of passes come in mirrored pairs.
+    mirrored: bool,
 }
 
-/// One stratum: a piecewise constant density over cells.
+/// One stratum: a density over cells that is constant, or linear, in each.
 #[derive(Debug, Clone)]
 pub struct Stratum {
     /// Cell edges, nm.
     edges: Vec<f64>,
     /// Probability up to each edge.
     cdf: Vec<f64>,
+    /// Density at the ends of each cell over its mean there.
+    ends: Vec<[f64; 2]>,
 }
+
+/// Emission this many times as strong in a cell as in its stratum is a line.
+const LINE: f64 = 2.0;
 
 impl Stratum {
     fn new(lo: f64, hi: f64, emission: &[(f64, Spectrum)]) -> Self {
@@ -33,15 +41,36 @@ impl Stratum {
         edges.dedup_by(|a, b| *a - *b < 1e-9);
         let power = |a: f64, b: f64| emission.iter().map(|(w, s)| w * s.integral(a, b)).sum::<f64>();
         let total = power(lo, hi);
-        let mut cdf = vec![0.0];
+        let (mut cdf, mut ends) = (vec![0.0], Vec::new());
         let mut sum = 0.0;
         for w in edges.windows(2) {
-            let uniform = (w[1] - w[0]) / (hi - lo);
-            sum += if total > 0.0 { 0.5 * uniform + 0.5 * power(w[0], w[1]) / total } else { uniform };
+            let width = w[1] - w[0];
+            let uniform = width / (hi - lo);
+            let share = if total > 0.0 { 0.5 * uniform + 0.5 * power(w[0], w[1]) / total } else { uniform };
+            sum += share;
             cdf.push(sum);
+            // The slope from within the cell: there may be steps at its edges. A density is not negative.
+            let at = |t: f64| emission.iter().map(|(weight, s)| weight * s.eval(w[0] + t * width)).sum::<f64>();
+            let slope = if total > 0.0 { 0.5 * width * (at(0.75) - at(0.25)) / (total * share) } else { 0.0 };
+            ends.push([1.0 - slope.clamp(-1.0, 1.0), 1.0 + slope.clamp(-1.0, 1.0)]);
         }
         cdf.iter_mut().for_each(|c| *c /= sum);
-        Self { edges, cdf }
+        Self { edges, cdf, ends }
+    }
+
+    fn width(&self) -> f64 {
+        self.edges[self.edges.len() - 1] - self.edges[0]
+    }
+
+    /// Does the emission stand out somewhere? (Half of the density is uniform.)
+    fn has_line(&self) -> bool {
+        let density = |i: usize| (self.cdf[i + 1] - self.cdf[i]) / (self.edges[i + 1] - self.edges[i]);
+        (0..self.ends.len()).any(|i| density(i) * self.width() > 0.5 + 0.5 * LINE)
+    }
+
+    /// The same without slopes.
+    fn in_steps(self) -> Self {
+        Self { ends: vec![[1.0; 2]; self.ends.len()], ..self }
     }
 
     /// Wavelength and its density (per nm) for `u` in [0, 1).
@@ -49,8 +78,12 @@ impl Stratum {
         let last = self.edges.len() - 2;
         let cell = self.cdf.partition_point(|&c| c <= u).saturating_sub(1).min(last);
         let (p, width) = (self.cdf[cell + 1] - self.cdf[cell], self.edges[cell + 1] - self.edges[cell]);
-        let t = if p > 0.0 { ((u - self.cdf[cell]) / p).clamp(0.0, 1.0) } else { 0.5 };
-        (self.edges[cell] + t * width, p / width)
+        let share = if p > 0.0 { ((u - self.cdf[cell]) / p).clamp(0.0, 1.0) } else { 0.5 };
+        // The root of the integral of a linear density.
+        let [first, second] = self.ends[cell];
+        let t = 2.0 * share / (first + (first * first + (second * second - first * first) * share).max(0.0).sqrt()).max(1e-30);
+        let t = t.min(1.0);
+        (self.edges[cell] + t * width, p / width * (first + t * (second - first)))
     }
 }
 
@@ -61,7 +94,11 @@ impl Wavelengths {
         let count = Self::per_path(bins.count);
         let emission = emission(scene);
         let edge = |i: u32| Bins { count, ..*bins }.edge_nm(i);
-        let strata = (0..count).map(|i| Stratum::new(edge(i), edge(i + 1), &emission)).collect();
+        let mut strata: Vec<Stratum> = (0..count).map(|i| Stratum::new(edge(i), edge(i + 1), &emission)).collect();
+        let mirrored = strata.iter().any(Stratum::has_line);
+        if !mirrored {
+            strata = strata.into_iter().map(Stratum::in_steps).collect();
+        }
         let power = |i: u32| emission.iter().map(|(w, s)| w * s.integral(edge(i), edge(i + 1))).sum::<f64>();
         let cmf = observer(Observer::Cie1931);
         let luminance = |i: u32| power(i) * cmf.eval(0.5 * (edge(i) + edge(i + 1)))[1];
@@ -78,7 +115,7 @@ impl Wavelengths {
         for i in 0..count as usize {
             collapse_cdf.push(collapse_cdf[i] + wanted.iter().map(|shares| shares[i]).sum::<f64>() / wanted.len() as f64);
         }
-        Self { strata, collapse_cdf, sampling: scene.film.sampling }
+        Self { strata, collapse_cdf, sampling: scene.film.sampling, mirrored }
     }
 
     /// Four wavelengths (`count` different ones: 1, 2 or 4) that camera paths of a pass choose among where wavelengths part, spread evenly over their
@@ -108,6 +145,13 @@ impl Wavelengths {
             4..=32 => bins,
             _ => 32,
         }
+    }
+
+    /// Number of a pass's offset in their sequence, and whether it is mirrored: where there are lines every other round of passes has the offsets of the one before,
+    /// mirrored.
+    pub fn point(&self, pass: u64) -> (u64, bool) {
+        let round = u64::from(ROUND);
+        if self.mirrored { (pass / (2 * round) * round + pass % round, pass / round % 2 == 1) } else { (pass, false) }
     }
 
     /// Wavelengths (nm) and densities (per nm) of a pass with offset `u` in [0, 1).
@@ -151,7 +195,7 @@ mod tests {
         let mut collapse_cdf = vec![0.0];
         emission.iter().for_each(|e| collapse_cdf.push(collapse_cdf[collapse_cdf.len() - 1] + 0.1 + 0.5 * e));
         let strata = vec![Stratum::new(0.0, 1.0, &[]); 5];
-        let w = Wavelengths { strata, collapse_cdf, sampling: WavelengthSampling::Continuous };
+        let w = Wavelengths { strata, collapse_cdf, sampling: WavelengthSampling::Continuous, mirrored: false };
         for count in [1, 2, 4] {
             let (n, mut kept) = (10_000, [0.0; 5]);
             for i in 0..n {
@@ -181,6 +225,26 @@ mod tests {
         assert!(hits > 450, "half of the samples belong to the line: {hits}");
         assert!((in_line - 1.0).abs() < 5e-3, "{in_line}");
         assert!((flat - 20.0).abs() < 0.05, "{flat}");
+    }
+
+    #[test]
+    fn the_density_of_a_line_is_that_of_its_samples() {
+        let line = Spectrum::Table { nm: vec![400.0, 406.0, 408.0, 420.0], values: vec![0.0, 0.1, 5.0, 0.0], extend: false };
+        let s = Stratum::new(400.0, 420.0, &[(1.0, line.clone())]);
+        assert!(s.has_line());
+        for i in 1..1000 {
+            let (u, du) = (f64::from(i) / 1000.0, 1e-6);
+            let ([below, _], (_, pdf), [above, _]) = ([s.sample(u - du).0, 0.0], s.sample(u), [s.sample(u + du).0, 0.0]);
+            assert!((pdf * (above - below) / (2.0 * du) - 1.0).abs() < 1e-2, "{u}: {pdf}, {below} to {above}");
+        }
+        // What a line is weighed with is the same on both sides of where its table bends.
+        let weights = [407.99, 408.01].map(|nm| {
+            let near = |u: &f64| (s.sample(*u).0 - nm).abs();
+            let u = (0..100_000).map(|i| f64::from(i) / 1e5).min_by(|a, b| near(a).total_cmp(&near(b))).expect("one");
+            line.eval(s.sample(u).0) / s.sample(u).1
+        });
+        assert!((weights[0] / weights[1] - 1.0).abs() < 0.01, "{weights:?}");
+        assert!(!Stratum::new(400.0, 420.0, &[(1.0, Spectrum::Blackbody { kelvin: 3000.0, scale: 1.0 })]).has_line());
     }
 
     #[test]

@@ -5,12 +5,13 @@ use abbe::compare::lab::{delta_e_2000, lab_of_xyz};
 use abbe::film::Film;
 use abbe::output::exr::Aovs;
 use abbe::output::{Provenance, SpectralImage, write_exr};
-use abbe::render::Integrator;
+use abbe::render::{Integrator, Rendering, Stop};
 use abbe::scene::{LoadOptions, Scene, load_str};
 use abbe::spectrum::Spectrum;
 use abbe::spectrum::library::{self, Observer};
 use serde_json::{Value, json};
 use std::f64::consts::PI;
+use std::ops::ControlFlow;
 use std::path::Path;
 
 const COLUMNS: usize = 6;
@@ -26,6 +27,12 @@ fn triple(v: &Value) -> [f64; 3] {
 
 /// All patches side by side under parallel light, one to a pixel: nothing about them is left to chance but wavelengths.
 fn chart(lamp: &str, bins: u32) -> Scene {
+    let light = json!({"spectrum": {"illuminant": lamp}, "illuminance_lx": ILLUMINANCE_LX});
+    chart_under(json!({"sun": {"direction": [0, 0, -1], "angle_deg": 0, "irradiance": light}}), 1, bins)
+}
+
+/// Likewise under any light, `size` pixels along each side.
+fn chart_under(light: Value, size: usize, bins: u32) -> Scene {
     let names: Vec<&str> = library::reflectance_names().into_iter().filter(|name| name.starts_with("ColorChecker/")).collect();
     assert_eq!(names.len(), 24);
     let material = |name: &&str| (name.to_string(), json!({"diffuse": {"reflectance": {"reflectance": name}}}));
@@ -34,13 +41,12 @@ fn chart(lamp: &str, bins: u32) -> Scene {
         let corner = [(i % COLUMNS) as f64 - 3.0, 1.0 - (i / COLUMNS) as f64, 0.0];
         json!({"quad": {"corner": corner, "edge_u": [1, 0, 0], "edge_v": [0, 1, 0]}, "material": name})
     };
-    let light = json!({"spectrum": {"illuminant": lamp}, "illuminance_lx": ILLUMINANCE_LX});
     let scene = json!({
-        "film": {"width": COLUMNS, "height": 4, "bins": bins},
+        "film": {"width": size * COLUMNS, "height": size * 4, "bins": bins},
         "camera": {"orthographic": {"eye": [0, 0, 5], "target": [0, 0, 0], "height": 4}},
         "materials": materials,
         "shapes": names.iter().enumerate().map(quad).collect::<Vec<_>>(),
-        "lights": [{"sun": {"direction": [0, 0, -1], "angle_deg": 0, "irradiance": light}}],
+        "lights": [light],
     });
     load_str(&scene.to_string(), Path::new("chart.json"), Path::new("."), &LoadOptions::default()).expect("a scene")
 }
@@ -126,6 +132,30 @@ fn a_lamp_with_lines_is_exact_on_the_film_and_fair_from_the_bins() {
     assert!(greatest(&film) <= 0.05, "{film:?}");
     assert!(mean(&bins) <= 2.5, "{bins:?}");
     assert!(mean(&bins) > 0.3, "so few bins cannot tell lines apart: the comparison compares nothing");
+}
+
+#[test]
+fn under_an_even_sky_wavelengths_alone_are_random_and_well_spread() {
+    let sky = json!({"spectrum": {"illuminant": "FL11"}, "luminance_cd_m2": ILLUMINANCE_LX / PI});
+    let size = 4;
+    let scene = chart_under(json!({"constant": {"radiance": sky}}), size, 20);
+    let (expected, names) = (expected("FL11"), library::reflectance_names());
+    let names: Vec<&str> = names.into_iter().filter_map(|name| name.strip_prefix("ColorChecker/")).collect();
+    // Errors fall as n^-2 with what is random, also where some blocks have more samples than others.
+    for (spp, on_average, at_most) in [(64, 0.015, 0.05), (512, 0.005, 0.02)] {
+        let mut rendering = Rendering::new(Film::new(&scene.film));
+        let mut integrator = adapter::integrator(&scene, 1).expect("an adapter");
+        let stop = Stop { spp: Some(spp), ..Stop::default() };
+        rendering.render(&mut integrator, &stop, &mut |_, _| ControlFlow::Continue(())).expect("a picture");
+        let of_pixel = |pixel: usize| {
+            let (x, y) = (pixel % (size * COLUMNS), pixel / (size * COLUMNS));
+            let (lab, white) = expected(names[y / size * COLUMNS + x / size]);
+            delta_e_2000(lab_of_xyz(relative(rendering.film.xyz(pixel)), white), lab)
+        };
+        let differences: Vec<f64> = (0..rendering.film.pixels()).map(of_pixel).collect();
+        println!("{spp} samples: {:.4} mean {:.4} max", mean(&differences), greatest(&differences));
+        assert!(mean(&differences) < on_average && greatest(&differences) < at_most, "{spp} samples: {differences:?}");
+    }
 }
 
 fn row(what: &str, film: &[f64], bins: &[f64]) -> String {
