@@ -60,6 +60,14 @@ fn merge_measure(v: Vertex, radius: f32) -> f32 {
 }
 #endif
 
+#if SHAFTS
+// Whether what light `index` sends straight to `v`, a vertex in fog, is left to the light paths that find it.
+fn is_left_to_light_paths(index: u32, v: Vertex) -> bool {
+    let kind = load_Light(index).kind;
+    return v.extinction > 0.0 && (kind == LIGHT_KIND_SPOT || kind == LIGHT_KIND_PROFILE || kind == LIGHT_KIND_BEAM);
+}
+#endif
+
 #if CAMERA_PATHS
 #if CAUSTICS
 // Density by light paths of the path that goes on from `v`, over that of emission.
@@ -115,7 +123,13 @@ fn mis_weight_connection(light: LightSample, v: Vertex) -> f32 {
     others += light.hittable;
 #endif
 #if CAUSTICS
-    others += light_path_density_at(v) * pdf_le_of_sample(light, v.p);
+    let light_path_density = light_path_density_at(v);
+#if SHAFTS
+    if (light_path_density > 0.0 && is_left_to_light_paths(light.index, v)) {
+        return 0.0;
+    }
+#endif
+    others += light_path_density * pdf_le_of_sample(light, v.p);
 #endif
     return light.weight * light.density / (light.density + v.pdf * others);
 }
@@ -125,7 +139,11 @@ fn mis_weight_connection(light: LightSample, v: Vertex) -> f32 {
 fn camera_path_density_at(v: Vertex, number: u32) -> f32 {
     var others = path.camera_path_density;
 #if NEXT_EVENT_ESTIMATION
-    if (number == 1u) {
+    var sampled = number == 1u;
+#if SHAFTS
+    sampled &= !is_left_to_light_paths(path.light, v);
+#endif
+    if (sampled) {
         others += safe_ratio(light_density_at(v.p), v.pdf_rev);
     }
 #endif

@@ -279,6 +279,9 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
             // Nothing goes through what does not transmit.
             lit = densities.pdf_fwd > 0.0;
             let w = mis_weight_connection(light, vertex_towards(at, light.wi, wl.z, densities)) * leaving_factor(at, d, light.wi, wl.z);
+#if SHAFTS
+            lit &= w > 0.0;
+#endif
             for (var k = 0u; k < WAVELENGTHS4; k++) {
                 Ld[k] = w * beta[k] * f[k] * light_spectrum(light, k);
 #if TINT

@@ -250,6 +250,8 @@ features! {
     Caustics "CAUSTICS" if |n| n.has(Feature::LightTracing) || n.has(Feature::Merging);
     /// Light paths are sent to where they are of use.
     Guided "GUIDED" if |n| n.has(Feature::Caustics) && n.techniques.guiding;
+    /// Spots and beams light fog: what scatters there first belongs to light paths, which find all of a shaft, and not to light samples, which seldom meet it.
+    Shafts "SHAFTS" if |n| n.has(Feature::LightTracing) && n.has(Feature::Scattering) && n.light(is_shaft);
     /// Light paths are seen where they cross an irradiance sensor.
     Crossings "CROSSINGS" if |n| n.has(Feature::LightTracing) && !n.has(Feature::SensorCamera);
     /// The kernel traces paths from the sensor.
@@ -392,10 +394,11 @@ impl<'a> Needs<'a> {
         !self.emitter(|_| true) && self.scene.lights.iter().all(|l| matches!(l, Light::Constant { .. }))
     }
 
-    /// Something bends light, or a spot or beam lights fog, and something scatters it to the sensor: camera paths find little of that.
+    /// Something bends light, or a lamp that has a place lights fog, and something scatters it to the sensor: camera paths find little of that.
     fn has_caustics(&self) -> bool {
-        let is_shaft = |l: &Light| matches!(l, Light::Spot { .. } | Light::Profile { .. } | Light::Beam { .. });
-        let bends = self.has(Feature::Fresnel) || (self.has(Feature::Scattering) && self.light(is_shaft));
+        let is_lamp = |l: &Light| is_shaft(l) || matches!(l, Light::Point { .. });
+        let bends =
+            self.has(Feature::Fresnel) || (self.has(Feature::Scattering) && (self.light(is_lamp) || self.emitter(|_| true)));
         self.has(Feature::LightsPresent) && bends && (self.scatters() || !self.has(Feature::SensorCamera))
     }
 
@@ -403,6 +406,11 @@ impl<'a> Needs<'a> {
     fn scatters(&self) -> bool {
         SCATTERING.iter().any(|&f| self.has(f))
     }
+}
+
+/// Light of no size that a cone or pencil holds.
+fn is_shaft(light: &Light) -> bool {
+    matches!(light, Light::Spot { .. } | Light::Profile { .. } | Light::Beam { .. })
 }
 
 /// What scatters light into directions that a connection can take.

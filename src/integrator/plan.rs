@@ -39,7 +39,7 @@ impl Default for Techniques {
 pub struct Plan {
     /// What the camera pass's kernels have.
     pub camera: Features,
-    /// Likewise for the light pass, if the scene has one: something bends light (or fog is lit by a spot or beam), and something scatters it to the sensor.
+    /// Likewise for the light pass, if the scene has one: something bends light (or a lamp lights fog), and something scatters it to the sensor.
     pub light: Option<Features>,
     /// Likewise for the pass of AOVs, which follows no paths.
     pub aovs: Features,

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use std::f64::consts::PI;
 
 pub(super) fn cases() -> Vec<Case> {
-    vec![barrel(), fog_pencil(), blackbody(), small_lights(), laser_at_bin_edge(), energy(), reciprocity()]
+    vec![barrel(), fog_pencil(), fog_spot(), blackbody(), small_lights(), laser_at_bin_edge(), energy(), reciprocity()]
 }
 
 /// Three black tubes side by side, each with a lamp as its floor: irradiance on the square around the open end.
@@ -72,6 +72,49 @@ fn fog_pencil() -> Case {
     Case {
         id: "fog-pencil",
         title: "a pencil of light in fog seen at 90 degrees, scattered once: radiance integrated across it, near and far",
+        views: vec![measuring(scene, 64, 16.0)],
+        rows: vec![row("near", ROWS - 2), row("far", 1)],
+    }
+}
+
+/// The cone of a spot in a block of fog, seen across: light that is scattered once, by quadrature.
+fn fog_spot() -> Case {
+    const ROWS: usize = 8;
+    let (sigma_s, sigma_t, inner, outer) = (0.3, 0.4, 4f64.to_radians(), 8f64.to_radians());
+    let scene = json!({
+        "film": film(4, ROWS as u32, 1),
+        "camera": {"orthographic": {"eye": [0, 0, 5], "target": [0, 0, 0], "height": 2}},
+        "max_depth": 1,
+        "media": {"fog": {"sigma_s": sigma_s, "sigma_a": sigma_t - sigma_s}},
+        "materials": {"fog": {"boundary": {"medium": "fog"}}},
+        "shapes": [{"box": {"min": [-1, -1, -1], "max": [1, 1, 1]}, "material": "fog"}],
+        "lights": [{"spot": {"position": [0, -2, 0], "direction": [0, 1, 0], "inner_deg": inner.to_degrees(), "outer_deg": outer.to_degrees(), "intensity": 1}}],
+    });
+    let pixel = 2.0 / ROWS as f64;
+    let row = |name: &str, r: usize| {
+        // Over directions from the spot and heights above it; fog begins at 1 above the spot, and ends at 1 before the axis.
+        const STEPS: usize = 64;
+        let middle = |i: usize| (i as f64 + 0.5) / STEPS as f64;
+        let bottom = 3.0 - pixel * (r + 1) as f64;
+        let mut sum = 0.0;
+        for (i, j, k) in (0..STEPS).flat_map(|i| (0..STEPS).flat_map(move |j| (0..STEPS).map(move |k| (i, j, k)))) {
+            let cos = 1.0 - middle(i) * (1.0 - outer.cos());
+            let t = ((cos - outer.cos()) / (inner.cos() - outer.cos())).min(1.0);
+            let (height, azimuth) = (bottom + pixel * middle(j), 2.0 * PI * middle(k));
+            let towards_eye = height * (1.0 - cos * cos).sqrt() / cos * azimuth.cos();
+            let in_fog = (height - 1.0) / cos + 1.0 - towards_eye;
+            sum += t * t * (3.0 - 2.0 * t) * (-sigma_t * in_fog).exp() / cos;
+        }
+        let cone = 2.0 * PI * (1.0 - outer.cos());
+        let exact = sigma_s / (4.0 * PI) * cone * sum / (STEPS * STEPS * STEPS) as f64;
+        Row::new(format!("fog-spot/{name}"), exact, 5e-3 * exact, move |f: &[Film]| {
+            vec![(0..4).map(|column| f[0].bin(4 * r + column, 0)).sum::<f64>() * pixel]
+        })
+        .floor(1e-4 * exact)
+    };
+    Case {
+        id: "fog-spot",
+        title: "the cone of a spot in fog seen at 90 degrees, scattered once: radiance integrated across it, near and far",
         views: vec![measuring(scene, 64, 16.0)],
         rows: vec![row("near", ROWS - 2), row("far", 1)],
     }
