@@ -463,9 +463,12 @@ fn bodies<'a>(scene: &Scene, boxes: impl Iterator<Item = (&'a Shape, bool, Bound
     bodies
 }
 
+/// Shapes of a body, as [`bodies`] takes them.
+type Marked<'a> = (&'a Shape, bool, Bounds);
+
 /// True if a volume has the index of what surrounds the scene, or of a volume that it may touch: their boundary is not there for light.
 fn indices_match(scene: &Scene) -> bool {
-    let mut alike: Vec<(&Ior, Vec<(&Shape, bool, Bounds)>)> = vec![(&scene.interiors[0].ior, Vec::new())];
+    let mut alike: Vec<(&Ior, Vec<Marked>)> = vec![(&scene.interiors[0].ior, Vec::new())];
     for shape in &scene.shapes {
         let Some(interior) = scene.interior_of(shape.material) else { continue };
         let ior = &scene.interiors[interior].ior;

@@ -117,7 +117,7 @@ impl Stage {
         for looked_at in all.chunks(together) {
             let view = sample_view(&self.scene.sensor, &self.scene.film, pixel, looked_at[0].nm, rng);
             let Some(view) = view else { continue };
-            let light = |w: &WavelengthSample| WavelengthSample { beta: self.environment(view.ray.dir, w.nm), ..w.clone() };
+            let light = |w: &WavelengthSample| WavelengthSample { beta: self.environment(view.ray.dir, w.nm), ..*w };
             let wavelengths: Vec<WavelengthSample> = looked_at.iter().map(light).collect();
             let inside = self.interiors_at(view.ray.origin);
             let share = self.straight(view.ray, &inside, &wavelengths, f64::INFINITY, &mut arrived.dropped);

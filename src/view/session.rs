@@ -20,6 +20,9 @@ use tokio::task::JoinHandle;
 /// States are told no more often.
 const STATUS: Duration = Duration::from_millis(150);
 
+/// A picture that is being made into a file for the page.
+type Drawing = JoinHandle<Result<Vec<u8>, String>>;
+
 /// What a page has asked to see, and where frames of it are.
 struct Page {
     look: Look,
@@ -28,7 +31,7 @@ struct Page {
     stale: [bool; 2],
     in_flight: [bool; 2],
     /// The one being drawn.
-    drawing: Option<(usize, JoinHandle<Result<Vec<u8>, String>>)>,
+    drawing: Option<(usize, Drawing)>,
 }
 
 /// Serves a page until it is closed.
