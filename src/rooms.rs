@@ -70,7 +70,7 @@ fn walk(folder: &Path, at: &[&str], see: &mut dyn FnMut(&[&str], &str)) {
         let inner = [at, &[name]].concat();
         if path.is_dir() {
             walk(&path, &inner, see);
-        } else {
+        } else if path.extension().is_some_and(|e| e == "rs") {
             see(if name == "mod" { at } else { &inner }, &std::fs::read_to_string(&path).unwrap());
         }
     }

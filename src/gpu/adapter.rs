@@ -119,8 +119,8 @@ pub fn list_adapters() -> Vec<AdapterInfo> {
 /// Bytes read back at a time: what is on the way is held a second time.
 const READ_BYTES: u64 = 8 << 20;
 
-/// Storage textures of a stage that tables are bound as, where there are so many: as many as a scene needs.
-const STORAGE_TEXTURES: u32 = 12;
+/// Storage textures of a stage that tables are bound as, where there are so many: no kernel has more tables.
+pub const STORAGE_TEXTURES: u32 = 17;
 
 /// What an adapter that has `limits` is asked for: room for large scenes and films, and for tables as textures; in all else no more than core WebGPU has.
 fn limits(limits: &wgpu::Limits) -> wgpu::Limits {

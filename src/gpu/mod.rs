@@ -11,7 +11,7 @@ pub mod shader;
 mod tables;
 mod timer;
 
-pub use adapter::{AdapterInfo, Gpu, Resource, list_adapters};
+pub use adapter::{AdapterInfo, Gpu, Resource, STORAGE_TEXTURES, list_adapters};
 pub use faults::Faults;
 pub use kernel::{Kernel, kernel_source};
 pub use read_back::{Mapped, Staging, Traffic};

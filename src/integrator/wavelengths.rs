@@ -229,7 +229,8 @@ mod tests {
 
     #[test]
     fn the_density_of_a_line_is_that_of_its_samples() {
-        let line = Spectrum::Table { nm: vec![400.0, 406.0, 408.0, 420.0], values: vec![0.0, 0.1, 5.0, 0.0], extend: false };
+        let line =
+            Spectrum::Table { nm: vec![400.0, 406.0, 408.0, 410.0, 420.0], values: vec![0.1, 0.1, 5.0, 0.1, 0.1], extend: false };
         let s = Stratum::new(400.0, 420.0, &[(1.0, line.clone())]);
         assert!(s.has_line());
         for i in 1..1000 {

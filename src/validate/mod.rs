@@ -27,7 +27,7 @@ use std::path::Path;
 pub const BATCHES: u32 = 24;
 
 /// At least as many as the comparisons of all rows, so that the limits do not depend on which cases are run.
-pub const FAMILY: usize = 4200;
+pub const FAMILY: usize = 4800;
 
 /// A scene to render.
 pub struct View {

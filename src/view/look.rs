@@ -8,7 +8,7 @@ use crate::color::convert::{srgb_decode, srgb_encode, xyz_of_linear_srgb};
 use crate::color::space::D65;
 use crate::compare::lab::{delta_e_2000, lab_of_xyz};
 use crate::develop::gamut::Gamut;
-use crate::develop::picture::{AUTO_SHARE, Developer, Development, Whole, auto_exposure};
+use crate::develop::picture::{Developer, Development, Exposure, Whole};
 use crate::develop::tone::Tone;
 use crate::output::Quantity;
 use crate::spectrum::library::Observer;
@@ -63,17 +63,15 @@ pub struct Look {
     pub view: View,
     /// The bin next to this wavelength, nm, where one is shown.
     pub nm: f64,
-    /// Exposure is chosen from the picture, and [`Look::stops`] are on top of it.
-    pub is_auto: bool,
-    /// Stops.
-    pub stops: f64,
-    /// Develop's settings but for the exposure.
+    /// How its exposure is found.
+    pub exposure: Exposure,
+    /// Develop's settings but for that.
     pub development: Development,
 }
 
 impl Default for Look {
     fn default() -> Self {
-        Look { view: View::Colors, nm: 550.0, is_auto: true, stops: 0.0, development: Development::default() }
+        Look { view: View::Colors, nm: 550.0, exposure: Exposure::default(), development: Development::default() }
     }
 }
 
@@ -92,8 +90,7 @@ impl Look {
         Look {
             view: choice(&value["view"], &VIEWS, View::Colors),
             nm: number("nm", 550.0),
-            is_auto: value["auto"].as_bool().unwrap_or(true),
-            stops: number("stops", 0.0).clamp(-60.0, 60.0),
+            exposure: value["exposure"].as_str().and_then(|text| Exposure::parse(text).ok()).unwrap_or_default(),
             development: Development {
                 observer: choice(&value["observer"], &OBSERVERS, Observer::Cie1931),
                 white,
@@ -105,12 +102,12 @@ impl Look {
         }
     }
 
-    /// Exposure in stops of a picture whose XYZ are these.
+    /// Exposure in stops of a picture whose XYZ are these. Reflectances need none by themselves.
     fn exposure(&self, picture: &Picture, xyz: &[[f32; 3]]) -> f64 {
         let is_reflective = matches!(&picture.content, Content::File(image) if image.quantity == Quantity::Reflective);
-        match (self.is_auto, is_reflective) {
-            (true, false) => auto_exposure(xyz, self.development.observer, AUTO_SHARE) + self.stops,
-            _ => self.stops,
+        match self.exposure {
+            Exposure::Auto { stops, .. } if is_reflective => stops,
+            exposure => exposure.of(xyz, self.development.observer),
         }
     }
 }

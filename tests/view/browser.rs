@@ -1,11 +1,11 @@
 //! The page in a real browser: Debian's `chromium` and `chromium-driver`. Where there is none, this is not run, and `tools/test` says so.
 
 use super::Folder;
-use fantoccini::wd::Capabilities;
-use fantoccini::{Client, ClientBuilder, Locator};
-use hyper_util::client::legacy::connect::HttpConnector;
+use super::http::json as request;
+use base64::Engine;
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader};
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -17,7 +17,7 @@ const SCENE: &str = r#"{
     "camera": {"orthographic": {"eye": [0.6, -0.2, 0], "target": [1, -0.2, 0], "height": 0.8}},
     "lights": [
         {"constant": {"radiance": {"spectrum": {"blackbody": 5000}, "luminance_cd_m2": 100}}},
-        {"beam": {"origin": [-1, 0.05, 0], "direction": [1, 0, 0], "radius": 0.03, "irradiance": {"spectrum": {"blackbody": 6500}, "illuminance_lx": 20000}}}
+        {"beam": {"origin": [-1, 0.05, 0], "direction": [1, 0, 0], "radius": 0.06, "irradiance": {"spectrum": {"blackbody": 6500}, "illuminance_lx": 20000}}}
     ],
     "materials": {"screen": {"diffuse": {"reflectance": 0.7}}, "glass": {"dielectric": {"ior": "N-BK7"}}},
     "shapes": [
@@ -60,57 +60,89 @@ fn is_installed(name: &str) -> bool {
     std::env::var_os("PATH").is_some_and(|paths| std::env::split_paths(&paths).any(|folder| folder.join(name).is_file()))
 }
 
-/// A page under test.
+/// A page under test, by the W3C's WebDriver: of its requests only a few are needed.
 struct Page {
-    client: Client,
+    driver: SocketAddr,
+    session: String,
     shots: PathBuf,
 }
 
 impl Page {
-    async fn run(&self, script: &str) -> Value {
-        self.client.execute(script, vec![]).await.unwrap_or_else(|e| panic!("{script}: {e}"))
+    /// Opens a browser.
+    fn open(driver: SocketAddr, profile: &Path) -> Self {
+        let shots = Path::new(env!("CARGO_TARGET_TMPDIR")).join("view");
+        std::fs::create_dir_all(&shots).expect("a folder");
+        let profile = format!("--user-data-dir={}", profile.display());
+        let arguments = ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--window-size=1280,860", &profile];
+        let wanted = json!({"capabilities": {"alwaysMatch": {"goog:chromeOptions": {"args": arguments}}}});
+        let session = request(driver, "POST", "/session", &wanted).expect("a browser");
+        Page { driver, session: session["sessionId"].as_str().expect("a session").into(), shots }
     }
 
-    /// Waits until an expression is true; the time that took, s.
-    async fn until(&self, expression: &str) -> f64 {
+    fn ask(&self, method: &str, path: &str, body: &Value) -> Value {
+        let path = format!("/session/{}{path}", self.session);
+        request(self.driver, method, &path, body).unwrap_or_else(|e| panic!("{e}; {body}"))
+    }
+
+    fn go(&self, url: &str) {
+        self.ask("POST", "/url", &json!({"url": url}));
+    }
+
+    fn run(&self, script: &str) -> Value {
+        self.ask("POST", "/execute/sync", &json!({"script": script, "args": []}))
+    }
+
+    /// Waits until an expression is true.
+    fn until(&self, expression: &str) {
         let begun = Instant::now();
-        while self.run(&format!("return Boolean({expression})")).await != json!(true) {
+        while self.run(&format!("return Boolean({expression})")) != json!(true) {
             if begun.elapsed() > Duration::from_secs(40) {
-                self.shoot("failed").await;
-                panic!(
-                    "not within 40 s: {expression}; {}",
-                    self.run("return JSON.stringify(document.body.dataset) + document.getElementById('toast').textContent").await
-                );
+                self.shoot("failed");
+                let state =
+                    self.run("return JSON.stringify(document.body.dataset) + document.getElementById('toast').textContent");
+                panic!("not within 40 s: {expression}; {state}");
             }
-            tokio::time::sleep(Duration::from_millis(20)).await;
+            std::thread::sleep(Duration::from_millis(20));
         }
-        begun.elapsed().as_secs_f64()
     }
 
-    async fn shoot(&self, name: &str) {
-        let png = self.client.screenshot().await.expect("a screenshot");
-        std::fs::create_dir_all(&self.shots).expect("a folder");
+    /// Waits until what was asked for last is rendered.
+    fn settle(&self) {
+        // States are told a little later than documents.
+        std::thread::sleep(Duration::from_millis(500));
+        self.until(DONE);
+    }
+
+    /// Keeps what is seen, to be looked at.
+    fn shoot(&self, name: &str) {
+        let png = self.ask("GET", "/screenshot", &Value::Null);
+        let png = base64::prelude::BASE64_STANDARD.decode(png.as_str().expect("a picture")).expect("base64");
         std::fs::write(self.shots.join(format!("{name}.png")), png).expect("a file");
     }
 
-    async fn click(&self, css: &str) {
-        let element = self.client.find(Locator::Css(css)).await.unwrap_or_else(|e| panic!("{css}: {e}"));
-        element.click().await.unwrap_or_else(|e| panic!("{css}: {e}"));
+    /// An element, as WebDriver names it.
+    fn find(&self, css: &str) -> String {
+        let found = self.ask("POST", "/element", &json!({"using": "css selector", "value": css}));
+        found.as_object().and_then(|o| o.values().next()).and_then(Value::as_str).expect(css).to_string()
     }
 
-    async fn keys(&self, css: &str, keys: &str) {
-        self.client.find(Locator::Css(css)).await.expect(css).send_keys(keys).await.expect(keys);
+    fn click(&self, css: &str) {
+        self.ask("POST", &format!("/element/{}/click", self.find(css)), &json!({}));
+    }
+
+    fn keys(&self, css: &str, text: &str) {
+        self.ask("POST", &format!("/element/{}/value", self.find(css)), &json!({"text": text}));
     }
 
     /// Where the light on the screen lies, as a share of the picture's height.
-    async fn spot(&self) -> f64 {
+    fn spot(&self) -> f64 {
         let script = "const c = document.getElementById('picture-0'), [w, h] = [c.width, c.height], d = c.getContext('2d').getImageData(0, 0, w, h).data;
             let sum = 0, at = 0;
             for (let y = 0; y < h; y++) for (let x = Math.floor(w * 0.3); x < w * 0.7; x++) {
-              const v = Math.max(0, d[4 * (y * w + x) + 1] - 60) ** 2; sum += v; at += v * (y + 0.5) / h;
+              const v = Math.max(0, d[4 * (y * w + x) + 1] - 200); sum += v; at += v * (y + 0.5) / h;
             }
             return at / sum";
-        self.run(script).await.as_f64().expect("a place")
+        self.run(script).as_f64().expect("a place")
     }
 }
 
@@ -136,51 +168,35 @@ fn the_page_does_in_a_browser_what_it_says() {
         eprintln!("not run: chromium and chromedriver are not installed");
         return;
     }
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().expect("a runtime");
-    runtime.block_on(session());
+    session();
 }
 
-async fn session() {
+fn session() {
     let folder = Folder::new("browser");
     let scene = folder.file("prism.json", SCENE);
     let (_driver, line) = start(Command::new("chromedriver").args(["--port=0"]), "successfully on port");
     let port = line.rsplit("on port ").next().expect("a port").trim_end_matches('.').to_string();
-    let profile = folder.0.join("profile");
-    let arguments = [
-        "--headless=new",
-        "--no-sandbox",
-        "--disable-dev-shm-usage",
-        "--window-size=1280,860",
-        &format!("--user-data-dir={}", profile.display()),
-    ];
-    let mut capabilities = Capabilities::new();
-    capabilities.insert("goog:chromeOptions".into(), json!({"args": arguments}));
-    let client = ClientBuilder::new(HttpConnector::new())
-        .capabilities(capabilities)
-        .connect(&format!("http://127.0.0.1:{port}"))
-        .await
-        .expect("a browser");
-    let shots = Path::new(env!("CARGO_TARGET_TMPDIR")).join("view");
-    let page = Page { client, shots };
+    let page = Page::open(SocketAddr::from(([127, 0, 0, 1], port.parse().expect("a port"))), &folder.0.join("profile"));
 
-    let (abbe, url) = view(&["prism.json", "--spp", "64"], &folder.0);
+    let (abbe, url) = view(&["prism.json", "--spp", "24"], &folder.0);
     let begun = Instant::now();
-    page.client.goto(&url).await.expect("the page");
-    assert!(!page.client.current_url().await.expect("an address").as_str().contains("token"), "it does not stay in the history");
-    page.until("document.getElementById('phase').textContent").await;
+    page.go(&url);
+    let address = page.ask("GET", "/url", &Value::Null);
+    assert!(address.as_str().is_some_and(|url| !url.contains("token")), "it does not stay in the history: {address}");
+    page.until("document.getElementById('phase').textContent");
     let answered = begun.elapsed().as_secs_f64();
-    page.until("Number(document.getElementById('picture-0').dataset.frames) > 0").await;
+    page.until("Number(document.getElementById('picture-0').dataset.frames) > 0");
     let seen = begun.elapsed().as_secs_f64();
-    page.until(DONE).await;
+    page.settle();
     eprintln!("progress after {answered:.2} s, a picture after {seen:.2} s, done after {:.2} s", begun.elapsed().as_secs_f64());
-    page.shoot("scene").await;
+    page.shoot("scene");
 
     // The sky beside the screen is a blackbody of 5000 K: x 0.3451, y 0.3516.
     page.run("const c = document.getElementById('picture-0'), b = c.getBoundingClientRect(); c.setPointerCapture = () => {};
-        for (const type of ['pointerdown', 'pointerup']) c.dispatchEvent(new PointerEvent(type, {bubbles: true, pointerId: 7, button: 0, clientX: b.left + 4, clientY: b.top + 4}))").await;
-    page.until("document.getElementById('probe-place').textContent.startsWith('Pinned')").await;
-    page.until("document.querySelectorAll('#plot .curve').length === 1").await;
-    let numbers = page.run("return document.getElementById('numbers').textContent").await;
+        for (const type of ['pointerdown', 'pointerup']) c.dispatchEvent(new PointerEvent(type, {bubbles: true, pointerId: 7, button: 0, clientX: b.left + 4, clientY: b.top + 4}))");
+    page.until("document.getElementById('probe-place').textContent.startsWith('Pinned')");
+    page.until("document.querySelectorAll('#plot .curve').length === 1");
+    let numbers = page.run("return document.getElementById('numbers').textContent");
     let numbers = numbers.as_str().expect("text");
     let place = numbers.split("x y").nth(1).expect(numbers);
     let xy: Vec<f64> = place[..13].split(' ').map(|n| n.parse().expect(place)).collect();
@@ -188,48 +204,48 @@ async fn session() {
     assert!(numbers.contains("CCT"), "{numbers}");
 
     // Another glass: the spot hangs lower by the difference of the indices.
-    let crown = page.spot().await;
-    page.click("#material-glass-glass").await;
-    page.until("document.querySelectorAll('#glass-list li').length > 100").await;
-    page.keys("#glass-search", "N-SF11").await;
-    page.until("document.getElementById('glass-count').textContent.split(' ')[0] < 20").await;
-    page.shoot("glasses").await;
-    page.run("[...document.querySelectorAll('#glass-list li')].find((li) => li.dataset.name === 'N-SF11').click()").await;
-    page.until("document.getElementById('glass-about').textContent.startsWith('N-SF11')").await;
-    page.click("#glass-use").await;
-    page.until("document.getElementById('material-glass-glass').textContent.includes('N-SF11')").await;
-    page.until(DONE).await;
-    let flint = page.spot().await;
+    let crown = page.spot();
+    page.click("#material-glass-glass");
+    page.until("document.querySelectorAll('#glass-list li').length > 100");
+    page.keys("#glass-search", "N-SF11");
+    page.until("document.getElementById('glass-count').textContent.split(' ')[0] < 20");
+    page.shoot("glasses");
+    page.run("[...document.querySelectorAll('#glass-list li')].find((li) => li.dataset.name === 'N-SF11').click()");
+    page.until("document.getElementById('glass-about').textContent.startsWith('N-SF11')");
+    page.click("#glass-use");
+    page.until("document.getElementById('material-glass-glass').textContent.includes('N-SF11')");
+    page.settle();
+    let flint = page.spot();
     // 20 degrees, less 1 in index: (n - 1) 20 degrees after 1 m, of 0.8 m. 0.517 and 0.785.
     let lower = (20f64.to_radians() * 0.785).tan() - (20f64.to_radians() * 0.517).tan();
     assert!(((flint - crown) * 0.8 / lower - 1.0).abs() < 0.25, "{crown} {flint}, {lower}");
-    page.shoot("flint").await;
+    page.shoot("flint");
 
     // Dragged, it follows.
-    let dragged = page.client.execute_async(DRAG, vec![]).await.expect("a drag");
+    let dragged = page.ask("POST", "/execute/async", &json!({"script": DRAG, "args": []}));
     eprintln!("while the camera is dragged: {} frames a second", dragged[0]);
     assert_eq!(dragged[1], "true", "previews are shown meanwhile");
-    page.until(DONE).await;
-    page.shoot("turned").await;
+    page.settle();
+    page.shoot("turned");
 
     // Saved beside the scene's file, and it is what is seen.
-    page.click("#save").await;
-    page.click("#save-scene").await;
-    page.until("document.getElementById('save-result').textContent.startsWith('Saved')").await;
+    page.click("#save");
+    page.click("#save-scene");
+    page.until("document.getElementById('save-result').textContent.startsWith('Saved')");
     let saved = std::fs::read_to_string(folder.0.join("prism-edited.json")).expect("a file");
     assert!(saved.contains("N-SF11"));
-    page.run("document.getElementById('save-dialog').close()").await;
+    page.run("document.getElementById('save-dialog').close()");
 
     // The file changes: what it says now is seen, from where the camera was turned to.
     std::fs::write(&scene, SCENE.replace("thin prism", "another name")).expect("a file");
-    page.until("document.getElementById('name').textContent === 'another name'").await;
-    page.until(DONE).await;
+    page.until("document.getElementById('name').textContent === 'another name'");
+    page.settle();
 
     // Every control has a name, in both lights.
-    let unnamed = page.run("return [...document.querySelectorAll('button, select, input, a')].filter((e) => !(e.textContent.trim() || e.ariaLabel || e.labels?.length)).map((e) => e.outerHTML).join()").await;
+    let unnamed = page.run("return [...document.querySelectorAll('button, select, input, a')].filter((e) => !(e.textContent.trim() || e.ariaLabel || e.labels?.length)).map((e) => e.outerHTML).join()");
     assert_eq!(unnamed, "");
-    page.click("#theme").await;
-    page.shoot("other-light").await;
+    page.click("#theme");
+    page.shoot("other-light");
     drop(abbe);
 
     // Two files.
@@ -241,17 +257,16 @@ async fn session() {
         assert!(done.expect("a render").success());
     }
     let (_files, url) = view(&["1.exr", "2.exr"], &folder.0);
-    page.client.goto(&url).await.expect("the page");
-    page.until("Number(document.getElementById('picture-0').dataset.frames) > 0").await;
-    page.click("#sources [data-source=both]").await;
-    page.until("Number(document.getElementById('picture-1').dataset.frames) > 0").await;
-    page.run("const c = document.getElementById('picture-0'), b = c.getBoundingClientRect(); c.dispatchEvent(new PointerEvent('pointermove', {bubbles: true, clientX: b.left + b.width / 2, clientY: b.top + b.height / 2}))").await;
-    page.until("document.querySelectorAll('#plot .curve').length === 2").await;
-    page.shoot("files").await;
-    page.click("#sources [data-source='0']").await;
-    page.run("const view = document.getElementById('view'); view.value = 'difference'; view.dispatchEvent(new Event('change'))")
-        .await;
-    page.until("document.getElementById('legend-unit').textContent.startsWith('relative difference')").await;
-    page.shoot("difference").await;
-    page.client.clone().close().await.expect("closed");
+    page.go(&url);
+    page.until("Number(document.getElementById('picture-0').dataset.frames) > 0");
+    page.click("#sources [data-source=both]");
+    page.until("Number(document.getElementById('picture-1').dataset.frames) > 0");
+    page.run("const c = document.getElementById('picture-0'), b = c.getBoundingClientRect(); c.dispatchEvent(new PointerEvent('pointermove', {bubbles: true, clientX: b.left + b.width / 2, clientY: b.top + b.height / 2}))");
+    page.until("document.querySelectorAll('#plot .curve').length === 2");
+    page.shoot("files");
+    page.click("#sources [data-source='0']");
+    page.run("const view = document.getElementById('view'); view.value = 'difference'; view.dispatchEvent(new Event('change'))");
+    page.until("document.getElementById('legend-unit').textContent.startsWith('relative difference')");
+    page.shoot("difference");
+    page.ask("DELETE", "", &Value::Null);
 }

@@ -36,6 +36,18 @@ pub fn get(address: SocketAddr, path: &str, headers: &[(&str, &str)]) -> Answer 
     raw(address, &format!("GET {path} HTTP/1.1\r\n{host}{given}Connection: close\r\n\r\n"))
 }
 
+/// Sends JSON and returns what comes back, as WebDriver has it: an object with a `value`.
+pub fn json(address: SocketAddr, method: &str, path: &str, body: &serde_json::Value) -> Result<serde_json::Value, String> {
+    let body = if method == "GET" || method == "DELETE" { String::new() } else { body.to_string() };
+    let length = body.len();
+    let head = format!(
+        "{method} {path} HTTP/1.1\r\nHost: {address}\r\nContent-Type: application/json\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n"
+    );
+    let answer = raw(address, &(head + &body));
+    let value: serde_json::Value = serde_json::from_slice(&answer.body).map_err(|e| format!("{path}: {e}"))?;
+    if answer.status == 200 { Ok(value["value"].clone()) } else { Err(format!("{path}: {}", value["value"]["message"])) }
+}
+
 /// Sends bytes as they are and reads to the end.
 pub fn raw(address: SocketAddr, request: &str) -> Answer {
     let mut stream = connect(address);

@@ -35,7 +35,7 @@ fn no_dispersion() -> Case {
     Case {
         id: "no-dispersion",
         title: "flux behind glass of n = 1.6 + 1e-12 um^2 / l^2, over that of n = 1.6, in each of 8 bins",
-        views: vec![view(json!(1.6), 1, 32), view(json!({"cauchy": [1.6, 1e-12]}), 2, 128)],
+        views: vec![view(json!(1.6), 1, 48), view(json!({"cauchy": [1.6, 1e-12]}), 2, 192)],
         rows: vec![row],
     }
 }

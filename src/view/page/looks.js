@@ -9,8 +9,14 @@ export const VIEWS = [["colors", "Colours"], ["bin", "One wavelength"], ["lumina
 const COMPARE = [["difference", "Difference"], ["delta-e", "ΔE 2000"]];
 let sources = { source: 0, both: false };
 
+/// As the server reads it: the exposure as `develop` does.
+export function told() {
+  const { auto, stops, ...rest } = look;
+  return { ...rest, exposure: auto ? `auto${stops < 0 ? "" : "+"}${stops}` : String(stops) };
+}
+
 export function tell() {
-  send({ type: "look", look, ...sources });
+  send({ type: "look", look: told(), ...sources });
 }
 
 export function setSources(next) {
@@ -24,6 +30,7 @@ export function set(change) {
   tell();
 }
 
+const out = (id) => $(`${id}-out`);
 const option = ([value, text]) => h("option", { value }, text);
 
 export function begin() {
@@ -76,8 +83,8 @@ function refresh() {
   for (const id of ["tone", "white", "gamut"]) $(id).closest(".field").hidden = look.view !== "colors";
   $("observer").closest(".field").hidden = ["depth", "normal", "albedo", "samples", "error", "bin"].includes(look.view);
   $("auto").checked = look.auto;
-  $("nm-out").textContent = `${look.nm} nm`;
-  $("stops-out").textContent = `${look.auto && look.stops >= 0 ? "+" : ""}${look.stops.toFixed(1)} EV`;
+  out("nm").textContent = `${look.nm} nm`;
+  out("stops").textContent = `${look.auto && look.stops >= 0 ? "+" : ""}${look.stops.toFixed(1)} EV`;
 }
 
 /// What came with a frame.

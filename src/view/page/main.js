@@ -182,7 +182,7 @@ $("reveal").addEventListener("click", scene.reveal);
 $("csv").addEventListener("click", () => spectrum.csv(doc.name));
 $("save").addEventListener("click", () => {
   const source = mode === "1" ? 1 : 0;
-  $("save-png").href = `/picture.png?source=${source}&look=${encodeURIComponent(JSON.stringify(looks.look))}`;
+  $("save-png").href = `/picture.png?source=${source}&look=${encodeURIComponent(JSON.stringify(looks.told()))}`;
   $("save-png").download = `${doc.name}.png`;
   $("save-exr").download = `${doc.name}.exr`;
   $("save-name").value = doc.save_as ?? "";

@@ -3,7 +3,7 @@
 use super::support::*;
 use crate::adapter;
 use abbe::film::Film;
-use abbe::gpu::{Gpu, kernel_source};
+use abbe::gpu::{Gpu, STORAGE_TEXTURES, kernel_source};
 use abbe::integrator::{Feature, GpuIntegrator, Plan, Techniques};
 use abbe::render::{Batch, Integrator};
 use abbe::scene::{Geometry, Instance, Scene};
@@ -11,12 +11,13 @@ use glam::DAffine3;
 use serde_json::{Value, json};
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
-use wgpu::naga::{self, Function, Handle, Module, Statement};
+use wgpu::naga::{self, Function, Handle, ImageClass, Module, Statement, TypeInner};
 
 /// Names and texts of all kernels of a scene. The length of the traversal's stack, which upload finds, is stood in for.
 pub fn kernels(scene: &Scene) -> Vec<(&'static str, String)> {
     let plan = Plan::new(scene, Techniques::default());
-    let constants = plan.constants() + "const BVH_STACK = 32u;\nconst TARGETS = 2u;\n";
+    let constants =
+        plan.constants() + "const BVH_STACK = 32u;\nconst TARGETS = 2u;\nconst LENS_SURFACES = 8u;\nconst LENS_BOUNDS = 8u;\n";
     let mut roots = vec![("camera_paths.wgsl", plan.camera), ("update_film.wgsl", plan.camera), ("aov.wgsl", plan.aovs)];
     roots.extend(plan.light.map(|features| ("light_paths.wgsl", features)));
     roots.into_iter().map(|(root, features)| (root, kernel_source(root, &constants, &features.switches()).unwrap())).collect()
@@ -195,12 +196,19 @@ fn kernels_of_all_combinations_are_valid_without_any_capability_and_bind_nothing
     for scene in &scenes {
         for (root, source) in kernels(scene) {
             if seen.insert(source.clone()) {
-                idle.extend(unused(&validate(root, &source)).into_iter().map(|name| (root, name)));
+                let module = validate(root, &source);
+                assert!(storage_textures(&module) <= STORAGE_TEXTURES, "{root} binds {}", storage_textures(&module));
+                idle.extend(unused(&module).into_iter().map(|name| (root, name)));
             }
         }
     }
     assert!(idle.is_empty(), "bound for nothing: {idle:?}");
     assert!(seen.len() > 100, "{} different kernels", seen.len());
+}
+
+fn storage_textures(module: &Module) -> u32 {
+    let is_one = |ty| matches!(module.types[ty].inner, TypeInner::Image { class: ImageClass::Storage { .. }, .. });
+    module.global_variables.iter().filter(|(_, g)| is_one(g.ty)).count() as u32
 }
 
 /// A glass ball, a sun and lamps enough for a grid: the plan is one, whatever the numbers are.
