@@ -150,7 +150,9 @@ fn choose_pixels(x: vec4f, u: f32, low: f32, high: f32) -> Chosen {
         // Reservoir of one: keeps p with probability w / total.
         let keep = (w > vec4f(0.0)) & (v * total < w);
         chosen.pixel = select(chosen.pixel, p, keep);
-        v = select((v * total - w) / max(total - w, vec4f(1e-20)), v * total / max(w, vec4f(1e-20)), keep);
+        // Pixels that are not covered leave the number as it is.
+        let rest = select((v * total - w) / max(total - w, vec4f(1e-20)), v * total / max(w, vec4f(1e-20)), keep);
+        v = select(v, rest, w > vec4f(0.0));
         chosen.total = total;
     }
     return chosen;

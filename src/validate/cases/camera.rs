@@ -29,6 +29,9 @@ fn stop_alone() -> Case {
             "surfaces": [{"thickness": 0.001, "glass": {"nd": 1}}, {}, {"diameter": 2.0 * a, "stop": true}],
         }},
         "lights": [{"constant": {"radiance": 1}}],
+        // Behind the camera: a scene has a size.
+        "materials": {"black": {"diffuse": {"reflectance": 0}}},
+        "shapes": [{"sphere": {"center": [0, 0, 10], "radius": 1}, "material": "black"}],
     });
     let pixel = 0.001;
     // Mean over the pixels from (x, y) on.
@@ -86,14 +89,12 @@ fn paraxial() -> Case {
     let (singlet, gauss) = (shipped("singlet"), shipped("gauss"));
     let focus = |nm: f64| 1e3 * singlet.paraxial(nm).focal_length;
     let back = gauss.paraxial(LINE_D_NM).back_focus() / gauss.paraxial(LINE_D_NM).focal_length;
-    // A thin lens of N-BK7: f_C - f_F is f over V_d, but for the square of that.
+    // A thin lens of N-BK7 by the lensmaker's formula.
     let glass = || Some(Glass { name: "N-BK7".into(), ior: Ior::from_abbe_number(1.5168, 64.17), absorption: None });
     let thin = lens(vec![surface(0.1, 1e-9, glass()), surface(-0.1, 0.0, None)]);
     let f = |nm: f64| thin.paraxial(nm).focal_length;
     let (n, power) = (|nm: f64| Ior::from_abbe_number(1.5168, 64.17).eval(nm), 2.0 / 0.1);
     let exact_color = 1.0 / ((n(LINE_C_NM) - 1.0) * power) - 1.0 / ((n(LINE_F_NM) - 1.0) * power);
-    let v = (n(LINE_D_NM) - 1.0) / (n(LINE_F_NM) - n(LINE_C_NM));
-    let by_v = f(LINE_D_NM) / v;
     Case {
         id: "lens-paraxial",
         title: "focal lengths of a singlet of N-BK7, R = 51.680 mm, mm; back focus over focal length of Tronnier's double Gauss; axial colour of a thin lens",
@@ -105,7 +106,6 @@ fn paraxial() -> Case {
             // US 2,673,491 prints p0' = 0.71436 f for radii of four digits.
             known("lens-paraxial/gauss", 0.71436, 2e-4, back),
             known("lens-paraxial/colour", exact_color, 1e-9, f(LINE_C_NM) - f(LINE_F_NM)),
-            known("lens-paraxial/colour-by-V", 1.0, 1e-3, (f(LINE_C_NM) - f(LINE_F_NM)) / by_v),
         ],
     }
 }

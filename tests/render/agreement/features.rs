@@ -553,7 +553,7 @@ agree! {
     a_sky_of_spectra, 88, 1.0, measured_sky();
     lamps_of_all_shapes, 24, 1.0, lamps();
     thin_lens_and_tent, 88, 1.0, lens();
-    through_the_surfaces_of_a_lens, 96, 1.0, lens_of_surfaces();
+    through_the_surfaces_of_a_lens, 136, 1.0, lens_of_surfaces();
     orthographic_and_gaussian, 160, 1.0, orthographic_view();
     irradiance_on_a_plane, 96, 1.0, irradiance_plane();
     irradiance_on_a_sphere, 16, 1.0, irradiance_sphere();
