@@ -48,12 +48,27 @@ pub fn json(address: SocketAddr, method: &str, path: &str, body: &serde_json::Va
     if answer.status == 200 { Ok(value["value"].clone()) } else { Err(format!("{path}: {}", value["value"]["message"])) }
 }
 
-/// Sends bytes as they are and reads to the end.
+/// Whether an answer says how long its body is, and has all of it.
+fn is_whole(bytes: &[u8]) -> bool {
+    let Some(end) = bytes.windows(4).position(|w| w == b"\r\n\r\n") else { return false };
+    let head = String::from_utf8_lossy(&bytes[..end]).to_lowercase();
+    let length = head.lines().find_map(|line| line.strip_prefix("content-length:")?.trim().parse::<usize>().ok());
+    length.is_some_and(|length| bytes.len() >= end + 4 + length)
+}
+
+/// Sends bytes as they are and reads the answer.
 pub fn raw(address: SocketAddr, request: &str) -> Answer {
     let mut stream = connect(address);
     stream.write_all(request.as_bytes()).expect("sent");
     let mut bytes = Vec::new();
-    let _ = stream.read_to_end(&mut bytes);
+    let mut part = [0; 1 << 16];
+    // Some servers keep the connection, and say how long their answer is.
+    while !is_whole(&bytes) {
+        match stream.read(&mut part) {
+            Ok(n) if n > 0 => bytes.extend_from_slice(&part[..n]),
+            _ => break,
+        }
+    }
     let end = bytes.windows(4).position(|w| w == b"\r\n\r\n").map_or(bytes.len(), |at| at + 4);
     let head = String::from_utf8_lossy(&bytes[..end]).into_owned();
     let status = head.split(' ').nth(1).and_then(|s| s.parse().ok()).unwrap_or(0);
