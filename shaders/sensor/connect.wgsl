@@ -40,14 +40,7 @@ fn splat(wavelength: u32) {
         bins[k] = Ld[k] * spectrum(ROW_BIN, k);
         total += bins[k];
     }
-    let quanta = sum4(total) * params.inverse_quantum;
-    if (!is_finite(quanta)) {
-        atomicAdd(&counters[COUNTER_NOT_FINITE], 1u);
-        return;
-    }
-    // 2^62 quanta in one splat cannot be held, nor sums of larger samples: counted, not wrapped.
-    if (quanta > 0x1p+62 || sum4(total) > LARGEST_SAMPLE) {
-        atomicAdd(&counters[COUNTER_SATURATED], 1u);
+    if (!is_addable(sum4(total))) {
         return;
     }
 #if GUIDED

@@ -1,9 +1,25 @@
 // Sums that any path may add to: fixed point, so that the order does not matter.
+#include "common/params.wgsl"
+#include "common/math.wgsl"
 #include "common/counters.wgsl"
 @group(0) @binding(13) var<storage, read_write> splats: array<atomic<u32>>;
 #if MANY_BINS
 @group(0) @binding(12) var<storage, read> wavelength_bins: array<u32>;
 #endif
+
+// Whether a sample whose bins sum up to `total` can be added; counts it otherwise. 2^62 quanta in one splat cannot be held, nor sums of larger samples.
+fn is_addable(total: f32) -> bool {
+    let quanta = total * params.inverse_quantum;
+    if (!is_finite(quanta)) {
+        atomicAdd(&counters[COUNTER_NOT_FINITE], 1u);
+        return false;
+    }
+    if (quanta > 0x1p+62 || total > LARGEST_SAMPLE) {
+        atomicAdd(&counters[COUNTER_SATURATED], 1u);
+        return false;
+    }
+    return true;
+}
 
 // Adds `quanta` to a 64-bit sum, stochastically rounded: integers, so that the order of additions does not matter. A sum that would wrap stays at
 // the greatest there is, and is counted.

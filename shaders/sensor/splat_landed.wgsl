@@ -18,14 +18,7 @@ fn splat_landed() {
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         total += Ld[k] * spectrum(ROW_BIN, k);
     }
-    let quanta = sum4(total) * params.inverse_quantum;
-    if (!is_finite(quanta)) {
-        atomicAdd(&counters[COUNTER_NOT_FINITE], 1u);
-        return;
-    }
-    // As in `splat`.
-    if (quanta > 0x1p+62 || sum4(total) > LARGEST_SAMPLE) {
-        atomicAdd(&counters[COUNTER_SATURATED], 1u);
+    if (!is_addable(sum4(total))) {
         return;
     }
 #if LIGHT_PATHS

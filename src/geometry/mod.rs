@@ -41,6 +41,11 @@ impl Bounds {
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
     }
+
+    /// Centre and radius of the ball around the box; around nothing, of 1 m about the origin.
+    pub fn ball(&self) -> (DVec3, f64) {
+        if self.is_empty() { (DVec3::ZERO, 1.0) } else { (0.5 * (self.min + self.max), 0.5 * (self.max - self.min).length()) }
+    }
 }
 
 /// Bounding box of a shape's geometry.

@@ -48,8 +48,7 @@ impl Merge {
         let cells = (2 * pixels).next_power_of_two().clamp(1 << 10, ((1 << 22) / u64::from(passes)).next_power_of_two()) as u32;
         let heads = gpu.empty_storage("cells of visible points", u64::from(cells) * u64::from(passes) * 4)?;
         // A picture of few pixels must not blur what is smaller than they are.
-        let bounds = bounds_of_all(&scene.shapes);
-        let most = SHARE * (bounds.max - bounds.min).length();
+        let most = SHARE * 2.0 * bounds_of_all(&scene.shapes).ball().1;
         let radius = match scene.sensor {
             Sensor::Perspective { tan_half_vfov, .. } => (0.0, PIXELS * 2.0 * tan_half_vfov),
             Sensor::Orthographic { height, .. } => (PIXELS * height, 0.0),

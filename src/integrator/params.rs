@@ -78,7 +78,7 @@ pub(super) fn params(
         }
     };
     p.origin.w = if starts.sensor_touches { SLACK as f32 } else { 0.0 };
-    let scene_radius = 0.5 * (bounds.max - bounds.min).length();
+    let (_, scene_radius) = bounds.ball();
     p.scene_diameter = (2.0 * scene_radius) as f32;
     p.merge_reach = merge_reach;
     // A quantum is 2^-24 of what a typical light path adds to a pixel that sees it from across the scene.

@@ -43,7 +43,7 @@ fn vec4(v: DVec3) -> Vec4 {
 /// Lists the lights; positions are relative to `origin`, primitives numbered in the scene's order.
 pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures, bounds: Bounds, origin: DVec3) -> Result<Lights> {
     let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
-    let radius = if bounds.is_empty() { 1.0 } else { 0.5 * (bounds.max - bounds.min).length() };
+    let (_, radius) = bounds.ball();
     let at = |p: DVec3| vec4(p - origin);
     let mut records: Vec<Light> = Vec::new();
     let mut powers = Vec::new();

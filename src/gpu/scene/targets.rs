@@ -12,9 +12,9 @@ const MOST: usize = 8;
 pub fn targets(scene: &Scene, guiding: bool) -> Vec<(DVec3, f64)> {
     let shapes: Vec<&Shape> = scene.shapes.iter().filter(|s| guiding && bends(scene, s.material)).collect();
     let bodies: Vec<&[&Shape]> = shapes.chunk_by(|a, b| scene.are_one_piece(a, b)).collect();
-    let whole = |body: &[&Shape]| around(body.iter().fold(Bounds::EMPTY, |b, s| b.union(bounds(&s.geometry))));
+    let whole = |body: &[&Shape]| body.iter().fold(Bounds::EMPTY, |b, s| b.union(bounds(&s.geometry))).ball();
     if bodies.is_empty() {
-        vec![around(bounds_of_all(&scene.shapes))]
+        vec![bounds_of_all(&scene.shapes).ball()]
     } else if bodies.len() > MOST {
         vec![whole(&shapes)]
     } else {
@@ -29,10 +29,6 @@ pub fn targets(scene: &Scene, guiding: bool) -> Vec<(DVec3, f64)> {
 /// As the shaders read them: relative to `origin`, and a little larger, so that rounding does not leave out an edge.
 pub(super) fn build(scene: &Scene, origin: DVec3, guiding: bool) -> Vec<Vec4> {
     targets(scene, guiding).into_iter().map(|(c, r)| (c - origin).as_vec3().extend((r * 1.0001) as f32)).collect()
-}
-
-fn around(b: Bounds) -> (DVec3, f64) {
-    (0.5 * (b.min + b.max), 0.5 * (b.max - b.min).length())
 }
 
 fn bends(scene: &Scene, material: usize) -> bool {

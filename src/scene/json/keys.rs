@@ -94,24 +94,7 @@ const KEYS: Keys = &[
     ("relit", &["intensity", "irradiance", "profile", "rotate_deg"]),
     ("emission", &["radiance", "two_sided"]),
     ("transform", &["scale", "axis", "rotate_deg", "translate", "matrix"]),
-    (
-        "spectrum",
-        &[
-            "file",
-            "column",
-            "illuminant",
-            "blackbody",
-            "daylight",
-            "white_led",
-            "chromaticity",
-            "line",
-            "band",
-            "srgb",
-            "linear_rgb",
-            "reflectance",
-            "scale",
-        ],
-    ),
+    ("spectrum", SPECTRUM),
     ("texture", &["texture", "tiles", "wrap", "filter", "linear", "scale", "bands"]),
     ("line", &["nm", "width", "power"]),
     ("band", &["nm", "width", "value"]),
@@ -136,7 +119,9 @@ pub const SENSORS: &[&str] = &["perspective", "lens", "orthographic", "irradianc
 /// Kinds of geometry.
 pub const GEOMETRIES: &[&str] = &["sphere", "disc", "cylinder", "quad", "box", "prism", "mesh", "gltf", "instance", "lens"];
 /// Kinds of spectrum written as an object.
-pub const SPECTRA: &[&str] = &[
+pub const SPECTRA: &[&str] = SPECTRUM.split_at(SPECTRUM.len() - 2).0;
+/// Keys of such an object: its kinds, and what goes with them.
+const SPECTRUM: &[&str] = &[
     "file",
     "illuminant",
     "blackbody",
@@ -148,6 +133,8 @@ pub const SPECTRA: &[&str] = &[
     "srgb",
     "linear_rgb",
     "reflectance",
+    "column",
+    "scale",
 ];
 
 /// The keys of `kind`; none for an unknown kind.

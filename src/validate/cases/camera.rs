@@ -29,9 +29,6 @@ fn stop_alone() -> Case {
             "surfaces": [{"thickness": 0.001, "glass": {"nd": 1}}, {}, {"diameter": 2.0 * a, "stop": true}],
         }},
         "lights": [{"constant": {"radiance": 1}}],
-        // Behind the camera: a scene has a size.
-        "materials": {"black": {"diffuse": {"reflectance": 0}}},
-        "shapes": [{"sphere": {"center": [0, 0, 10], "radius": 1}, "material": "black"}],
     });
     let pixel = 0.001;
     // Mean over the pixels from (x, y) on.

@@ -64,10 +64,7 @@ fn fog_pencil() -> Case {
         let s0 = 2.0 - pixel * (r + 1) as f64;
         let along = ((-sigma_t * s0).exp() - (-sigma_t * (s0 + pixel)).exp()) / (sigma_t * pixel);
         let exact = sigma_s * PI * radius * radius * along * (-sigma_t).exp() / (4.0 * PI);
-        Row::new(format!("fog-pencil/{name}"), exact, 5e-3 * exact, move |f: &[Film]| {
-            vec![(0..4).map(|column| f[0].bin(4 * r + column, 0)).sum::<f64>() * pixel]
-        })
-        .floor(1e-4 * exact)
+        across(format!("fog-pencil/{name}"), exact, r, pixel)
     };
     Case {
         id: "fog-pencil",
@@ -75,6 +72,12 @@ fn fog_pencil() -> Case {
         views: vec![measuring(scene, 64, 16.0)],
         rows: vec![row("near", ROWS - 2), row("far", 1)],
     }
+}
+
+/// Radiance integrated across row `r` of four pixels, each `pixel` m wide.
+fn across(id: String, exact: f64, r: usize, pixel: f64) -> Row {
+    let sum = move |f: &[Film]| vec![(0..4).map(|column| f[0].bin(4 * r + column, 0)).sum::<f64>() * pixel];
+    Row::new(id, exact, 5e-3 * exact, sum).floor(1e-4 * exact)
 }
 
 /// The cone of a spot in a block of fog, seen across: light that is scattered once, by quadrature.
@@ -107,10 +110,7 @@ fn fog_spot() -> Case {
         }
         let cone = 2.0 * PI * (1.0 - outer.cos());
         let exact = sigma_s / (4.0 * PI) * cone * sum / (STEPS * STEPS * STEPS) as f64;
-        Row::new(format!("fog-spot/{name}"), exact, 5e-3 * exact, move |f: &[Film]| {
-            vec![(0..4).map(|column| f[0].bin(4 * r + column, 0)).sum::<f64>() * pixel]
-        })
-        .floor(1e-4 * exact)
+        across(format!("fog-spot/{name}"), exact, r, pixel)
     };
     Case {
         id: "fog-spot",
