@@ -2,7 +2,7 @@
 
 use super::picture::PictureArgs;
 use super::print::{duration, out};
-use super::render::is_exr;
+use super::render::png_beside;
 use super::{Done, Outcome};
 use crate::color::cie::is_visible;
 use crate::denoise::denoise;
@@ -37,10 +37,8 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    if !is_exr(&args.output) {
-        return Err(Error::usage(format!("-o {} does not end in .exr", args.output.display()), "name the spectral EXR to write"));
-    }
-    check_writable(&args.output, [&args.input])?;
+    let png = png_beside(&args.output)?;
+    [&args.output, &png].into_iter().try_for_each(|path| check_writable(path, [&args.input]))?;
     let settings = args.picture.settings();
     settings.check_for_screens()?;
     let image = SpectralImage::read(&args.input)?;

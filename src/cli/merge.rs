@@ -2,7 +2,7 @@
 
 use super::checkpoint::difference;
 use super::print::{note, out, percent};
-use super::render::{is_exr, write_files};
+use super::render::{png_beside, write_files};
 use super::{Done, Outcome};
 use crate::color::cie::is_visible;
 use crate::develop::picture::{Development, PictureSettings};
@@ -51,10 +51,8 @@ struct Part {
 
 /// Runs the command. One file is in memory at a time, beside the sum.
 pub fn run(args: &Args) -> Outcome {
-    if !is_exr(&args.output) {
-        return Err(Error::usage(format!("-o {} does not end in .exr", args.output.display()), "name the spectral EXR to write"));
-    }
-    check_writable(&args.output, &args.files)?;
+    let png = png_beside(&args.output)?;
+    [&args.output, &png].into_iter().try_for_each(|path| check_writable(path, &args.files))?;
     let (checkpoints, others): (Vec<&PathBuf>, Vec<&PathBuf>) = args.files.iter().partition(|path| Checkpoint::is_one(path));
     match (checkpoints.first(), others.first()) {
         (Some(checkpoint), Some(other)) => {

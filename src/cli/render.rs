@@ -237,7 +237,8 @@ pub fn run(args: &Args) -> Outcome {
     let png = (is_visible(bins.min_nm, bins.max_nm) && share.is_none()).then_some(png);
     // Before the work, not after it.
     let denoised = args.denoise.then(|| exr.with_extension("denoised.exr"));
-    [Some(&exr), png.as_ref(), denoised.as_ref()]
+    let denoised_png = denoised.as_ref().filter(|_| png.is_some()).map(|exr| exr.with_extension("png"));
+    [Some(&exr), png.as_ref(), denoised.as_ref(), denoised_png.as_ref()]
         .into_iter()
         .flatten()
         .try_for_each(|path| check_writable(path, &scene.sources))?;
@@ -317,7 +318,7 @@ pub fn run(args: &Args) -> Outcome {
     }
     let (stats, seconds) = (rendering.stats, rendering.elapsed.as_secs_f64());
 
-    let mut files = Vec::new();
+    let mut files = Ok(Vec::new());
     // A device may fail after hours: what it had done is written before its error is passed on.
     if rendering.film.batches() > 0 && share.is_none() {
         let aovs_for = |aov| aovs.as_ref().filter(|_| args.wants(aov));
@@ -353,7 +354,8 @@ pub fn run(args: &Args) -> Outcome {
         if let Some(denoised) = &denoised {
             let image = SpectralImage::of_film(&rendering.film, &origin, aovs)
                 .map_err(|problem| Error::usage(problem, "give it bins"))?;
-            files = denoise::write_denoised(&image, &exr, denoised, &settings)?;
+            // What went wrong before comes first, and what is done is kept.
+            files = denoise::write_denoised(&image, &exr, denoised, &settings);
         }
     }
     let film = &rendering.film;
@@ -372,6 +374,7 @@ pub fn run(args: &Args) -> Outcome {
     if is_done {
         keeper.finish(&mut Checkpointable::new(&mut rendering, device.integrator.as_mut()))?;
     }
+    let files = files?;
     let report = Report {
         scene: &scene,
         film: &rendering.film,
@@ -457,14 +460,17 @@ fn output_paths(args: &Args, scene: &Path) -> Result<(PathBuf, PathBuf)> {
         }
     };
     let names_share = args.checkpoint.share.is_some() && checkpoint::beside(&exr) == exr;
-    if !is_exr(&exr) && !names_share {
-        return Err(Error::usage(
-            format!("-o {} does not end in .exr", exr.display()),
-            "name the spectral EXR; the .png goes beside it",
-        ));
-    }
-    let png = exr.with_extension("png");
+    let png = if names_share { exr.with_extension("png") } else { png_beside(&exr)? };
     Ok((exr, png))
+}
+
+/// The picture beside a spectral EXR that is to be written; refuses another kind of file.
+pub fn png_beside(exr: &Path) -> Result<PathBuf> {
+    if !is_exr(exr) {
+        let problem = format!("-o {} does not end in .exr", exr.display());
+        return Err(Error::usage(problem, "name the spectral EXR to write; the .png goes beside it"));
+    }
+    Ok(exr.with_extension("png"))
 }
 
 /// Area of an irradiance sensor in m^2; `None` for a camera.

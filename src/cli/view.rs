@@ -3,8 +3,9 @@
 use super::bands::BandsArgs;
 use super::load::{MemoryArgs, Overrides};
 use super::print::{note, out};
-use super::render::write_files;
+use super::render::{png_beside, write_files};
 use super::{Done, Outcome, interrupt, values};
+use crate::color::cie::is_visible;
 use crate::develop::picture::PictureSettings;
 use crate::error::Error;
 use crate::memory;
@@ -99,7 +100,8 @@ pub fn run(args: &Args) -> Outcome {
     };
     let (document, loaded) = Document::open(scene, args.overrides.options())?;
     if let Some(output) = &args.output {
-        check_writable(output, &loaded.sources)?;
+        let png = png_beside(output)?;
+        [output, &png].into_iter().try_for_each(|path| check_writable(path, &loaded.sources))?;
     }
     let request = Request {
         device: args.device.clone(),
@@ -124,15 +126,12 @@ pub fn run(args: &Args) -> Outcome {
     if let Some(output) = &args.output {
         match film {
             Some(film) => {
-                let png = output.with_extension("png");
+                let bins = &film.settings().bins;
+                let png = is_visible(bins.min_nm, bins.max_nm).then(|| output.with_extension("png"));
                 let aovs = Aovs { errors: film.batches() > 1, ..Aovs::default() };
-                write_files(output, Some(&png), &film, provenance, aovs, &PictureSettings::default())?;
-                out(&format!(
-                    "wrote {} and {} with {} samples per pixel",
-                    output.display(),
-                    png.display(),
-                    film.samples_per_pixel()
-                ));
+                write_files(output, png.as_deref(), &film, provenance, aovs, &PictureSettings::default())?;
+                let png = png.map_or(String::new(), |png| format!(" and {}", png.display()));
+                out(&format!("wrote {}{png} with {} samples per pixel", output.display(), film.samples_per_pixel()));
             }
             None => note("no batch was done: nothing is written"),
         }

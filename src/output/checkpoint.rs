@@ -129,7 +129,9 @@ impl Checkpoint {
             film_sr: picture["film_sr"].as_f64(),
         };
         let aovs = header["request"]["aov"].as_array();
-        Ok((rendering, provenance, aovs.is_some_and(|all| all.iter().any(|aov| aov == "error"))))
+        // What is to be denoised has errors, too.
+        let errors = rendering.film.keeps_half() || aovs.is_some_and(|all| all.iter().any(|aov| aov == "error"));
+        Ok((rendering, provenance, errors))
     }
 
     fn read(mut self, state: &mut dyn Persistent, has_more: bool) -> Result<()> {

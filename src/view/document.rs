@@ -20,9 +20,15 @@ pub struct Edit {
 
 /// Whether something may be edited: materials and light, and no names of files that shapes come from.
 fn is_editable(path: &[String]) -> bool {
+    if path.len() > MOST_KEYS {
+        return false;
+    }
     let keys: Vec<&str> = path.iter().map(String::as_str).collect();
     matches!(keys[..], ["lights" | "materials", ..] | ["shapes", _, "emission", ..] | ["shapes", _, "gltf", "override", _, ..])
 }
+
+/// Keys of a path to what is edited: each one more nests the document deeper.
+const MOST_KEYS: usize = 32;
 
 /// Edits that can be undone.
 const MOST_EDITS: usize = 500;
@@ -60,7 +66,7 @@ impl Document {
         };
         document.read()?;
         let scene = document.scene()?;
-        document.watch(&scene);
+        document.watch(&scene, true);
         Ok((document, scene))
     }
 
@@ -112,12 +118,7 @@ impl Document {
     /// # Errors
     /// Those of [`load_str`].
     pub fn scene(&self) -> Result<Scene> {
-        let options = LoadOptions {
-            allow_outside: self.options.allow_outside,
-            solid_glass: self.options.solid_glass,
-            ..LoadOptions::default()
-        };
-        let mut scene = load_str(&self.json().to_string(), &self.path, self.folder(), &options)?;
+        let mut scene = self.load(&self.json())?;
         if scene.name.is_empty() {
             scene.name = self.stem();
         }
@@ -170,7 +171,7 @@ impl Document {
         match if is_there { self.scene() } else { Err(nowhere()) } {
             Ok(scene) => {
                 self.undone.clear();
-                self.watch(&scene);
+                self.watch(&scene, false);
                 Ok(scene)
             }
             Err(e) => {
@@ -190,6 +191,20 @@ impl Document {
         Some(self.scene())
     }
 
+    /// Whether it is looked at from there already.
+    pub fn is_seen_from(&self, camera: &Option<Value>) -> bool {
+        self.camera == *camera
+    }
+
+    fn load(&self, scene: &Value) -> Result<Scene> {
+        let options = LoadOptions {
+            allow_outside: self.options.allow_outside,
+            solid_glass: self.options.solid_glass,
+            ..LoadOptions::default()
+        };
+        load_str(&scene.to_string(), &self.path, self.folder(), &options)
+    }
+
     /// Looks from another camera, as a scene file has it; `None`: from the file's own.
     ///
     /// # Errors
@@ -202,8 +217,12 @@ impl Document {
             let before = self.camera.take();
             return self.scene().map(|scene| scene.sensor).inspect_err(|_| self.camera = before);
         };
-        let room = json!({"camera": seen, "lights": [{"constant": {"radiance": 1}}]});
-        let sensor = load_str(&room.to_string(), &self.path, self.folder(), &LoadOptions::default())?.sensor;
+        // A lens is made for the film and its wavelengths.
+        let mut room = json!({"camera": seen, "lights": [{"constant": {"radiance": 1}}]});
+        if let Some(film) = self.base.get("film") {
+            room["film"] = film.clone();
+        }
+        let sensor = self.load(&room)?.sensor;
         self.camera = camera;
         Ok(sensor)
     }
@@ -224,7 +243,7 @@ impl Document {
     /// # Errors
     /// Those of [`load`]; the document then stays as it was, and is tried again when a file changes.
     pub fn reload(&mut self) -> Result<Scene> {
-        let (base, edits) = (self.base.clone(), self.edits.clone());
+        let (base, edits, included) = (self.base.clone(), self.edits.clone(), self.included.clone());
         self.files.iter_mut().for_each(|(path, time)| *time = modified(path));
         // Edits of what is no longer there are lost.
         let read = self.read().and_then(|()| {
@@ -235,19 +254,22 @@ impl Document {
         });
         match read {
             Ok(scene) => {
-                self.watch(&scene);
+                self.watch(&scene, true);
                 Ok(scene)
             }
             Err(e) => {
-                (self.base, self.edits) = (base, edits);
+                (self.base, self.edits, self.included) = (base, edits, included);
                 Err(e)
             }
         }
     }
 
-    fn watch(&mut self, scene: &Scene) {
+    /// Watches the files of a scene: from now on where all was read anew, else those that it has read before since then.
+    fn watch(&mut self, scene: &Scene, is_read_anew: bool) {
+        let known = std::mem::take(&mut self.files);
+        let since = |path: &PathBuf| known.iter().find(|(old, _)| !is_read_anew && old == path).map(|(_, time)| *time);
         let paths = std::iter::once(self.path.clone()).chain(scene.sources.iter().cloned());
-        self.files = paths.map(|path| (path.clone(), modified(&path))).collect();
+        self.files = paths.map(|path| (path.clone(), since(&path).unwrap_or_else(|| modified(&path)))).collect();
     }
 
     /// Writes the document beside the scene's file, by a name of its own.

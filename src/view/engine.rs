@@ -83,9 +83,9 @@ pub struct Live {
 }
 
 impl Live {
-    /// Hands a command over. One that makes the picture another ends the batch under way.
+    /// Hands a command over. One that moves the camera ends the batch under way; others may come to nothing, and wait for it.
     pub fn send(&self, command: Command) {
-        let is_urgent = matches!(command, Command::Camera(..) | Command::Edit(..) | Command::Undo(_) | Command::End);
+        let is_urgent = matches!(command, Command::Camera(Some(_), _) | Command::End);
         self.waiting.fetch_add(1, SeqCst);
         // An engine that has ended takes none.
         let _ = self.commands.send(command);
@@ -245,14 +245,31 @@ impl Engine {
                 Err(RecvTimeoutError::Disconnected) => self.is_over = true,
             }
         }
-        while let Ok(command) = self.commands.try_recv() {
-            self.take_one(command);
+        let mut last = None;
+        while let Ok(next) = self.commands.try_recv() {
+            last = match (last, next) {
+                // Of those that replace each other only the last is done.
+                (Some(Command::Camera(..)), next @ Command::Camera(..)) => {
+                    self.waiting.fetch_sub(1, SeqCst);
+                    Some(next)
+                }
+                (Some(Command::Edit(before, goes_on)), Command::Edit(edit, true)) if before.path == edit.path => {
+                    self.waiting.fetch_sub(1, SeqCst);
+                    Some(Command::Edit(edit, goes_on))
+                }
+                (last, next) => {
+                    last.into_iter().for_each(|command| self.take_one(command));
+                    Some(next)
+                }
+            };
         }
+        last.into_iter().for_each(|command| self.take_one(command));
     }
 
     fn take_one(&mut self, command: Command) {
         self.waiting.fetch_sub(1, SeqCst);
         match command {
+            Command::Camera(None, _) if self.document.is_seen_from(&None) => {}
             Command::Camera(camera, is_final) => match self.document.look(camera) {
                 Ok(sensor) => self.look(sensor, is_final),
                 Err(e) => self.refuse(&e),
@@ -270,8 +287,8 @@ impl Engine {
                 self.is_paused = is_paused;
                 let is_done = matches!(self.phase, Phase::Done);
                 self.publish_status(if is_done { "done" } else { "rendering" });
-                if is_paused && self.rendering.batches > 0 {
-                    self.show_film();
+                if is_paused {
+                    self.show_rendered();
                 }
             }
             Command::Aovs => self.wants_aovs = true,
@@ -285,11 +302,7 @@ impl Engine {
                 self.publish_document();
             }
             Command::Json(reply) => reply(self.document.json()),
-            Command::Show => {
-                if self.rendering.film.batches() > 0 && !matches!(self.phase, Phase::Moving(_) | Phase::Begin) {
-                    self.show_film();
-                }
-            }
+            Command::Show => self.show_rendered(),
             Command::End => self.is_over = true,
         }
     }
@@ -430,6 +443,13 @@ impl Engine {
         is_seen && progress.spp >= u64::from(STILL_PASSES) && spent < SHOWING.0 + begun.elapsed().mul_f64(SHOWING.1)
     }
 
+    /// Shows the film where something is on it that belongs to the scene as it is now; else the preview stays.
+    fn show_rendered(&self) {
+        if self.rendering.film.batches() > 0 && !matches!(self.phase, Phase::Moving(_) | Phase::Begin) {
+            self.show_film();
+        }
+    }
+
     fn show_film(&self) {
         self.show(self.rendering.film.clone(), false);
     }
@@ -451,7 +471,7 @@ impl Engine {
         const SAMPLES: u32 = 16;
         integrator.heed(&Halt::default());
         self.aovs = Some(Arc::new(integrator.aovs(&albedos(&self.scene), 0, SAMPLES)?));
-        self.show_film();
+        self.show_rendered();
         Ok(())
     }
 
