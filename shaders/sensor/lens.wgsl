@@ -29,11 +29,14 @@ fn four_rays(o: vec3f, d: vec3f) -> LensRays {
 // Height of an aspheric surface over the plane of its vertex, and slope over the distance from the axis, whose square is r2.
 fn sag_and_slope(s: LensSurface, r2: vec4f) -> array<vec4f, 2> {
     let root = sqrt(max(vec4f(0.0), 1.0 - (1.0 + s.conic) * s.curvature * s.curvature * r2));
+    // Coefficients are those of powers of the radius over that of the rim.
     let a = s.low;
     let b = s.high;
-    let sum = ((((((b.w * r2 + b.z) * r2 + b.y) * r2 + b.x) * r2 + a.w) * r2 + a.z) * r2 + a.y) * r2 + a.x;
-    let slopes = ((((((8.0 * b.w * r2 + 7.0 * b.z) * r2 + 6.0 * b.y) * r2 + 5.0 * b.x) * r2 + 4.0 * a.w) * r2 + 3.0 * a.z) * r2 + 2.0 * a.y) * r2 + a.x;
-    return array(s.curvature * r2 / (1.0 + root) + r2 * sum, s.curvature / max(root, vec4f(1e-6)) + 2.0 * slopes);
+    let rim2 = s.semi_diameter * s.semi_diameter;
+    let u = r2 / rim2;
+    let sum = ((((((b.w * u + b.z) * u + b.y) * u + b.x) * u + a.w) * u + a.z) * u + a.y) * u + a.x;
+    let slopes = ((((((8.0 * b.w * u + 7.0 * b.z) * u + 6.0 * b.y) * u + 5.0 * b.x) * u + 4.0 * a.w) * u + 3.0 * a.z) * u + 2.0 * a.y) * u + a.x;
+    return array(s.curvature * r2 / (1.0 + root) + u * sum, s.curvature / max(root, vec4f(1e-6)) + 2.0 * slopes / rim2);
 }
 #endif
 

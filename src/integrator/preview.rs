@@ -63,7 +63,11 @@ impl GpuIntegrator {
             let passes = Passes { batch, number: u64::from(number) * u64::from(passes), count: passes };
             let traced = self.trace(tile, passes, &even_rates(tile))?;
             let sums = self.bring_back(tile, passes, traced.earlier)?;
-            film.add_batch(tile, &sums.all(&mut room).0, passes.count);
+            let values = sums.all(&mut room).0;
+            if let Some(guide) = &mut self.learned.guide {
+                guide.brightness.see((width, height), tile, &values, sums.spp);
+            }
+            film.add_batch(tile, &values, passes.count);
         }
         Ok(film)
     }

@@ -38,29 +38,27 @@ impl TileSums {
     fn pixel(&self, pixel: usize, sums: &mut [f32]) -> (ByCamera, u64) {
         let (channels, bins) = (self.channels, self.channels - 3);
         let at = pixel * channels..(pixel + 1) * channels;
-        self.by_camera(at.clone(), sums);
+        let mut cut = self.by_camera(at.clone(), sums);
         let by_camera = [sums[..bins].iter().sum(), sums[bins + 1]];
-        let mut cut = 0;
         for (i, (sum, quanta)) in sums.iter_mut().zip(self.quanta(at)).enumerate() {
             cut += with_splats(sum, *quanta, self.unit(i));
         }
         (by_camera, cut)
     }
 
-    /// Sums by camera paths alone: those of `at` among all.
-    fn by_camera(&self, at: Range<usize>, sums: &mut [f32]) {
+    /// Sums by camera paths alone: those of `at` among all; and how many were cut.
+    fn by_camera(&self, at: Range<usize>, sums: &mut [f32]) -> u64 {
         if self.in_quanta {
             sums.fill(0.0);
             let quanta: &[[u32; 2]] = cast_slice(&self.film);
-            for ((i, sum), quanta) in sums.iter_mut().enumerate().zip(&quanta[at]) {
-                with_splats(sum, *quanta, self.unit(i % self.channels));
-            }
-            return;
+            let sums = sums.iter_mut().enumerate().zip(&quanta[at]);
+            return sums.map(|((i, sum), quanta)| with_splats(sum, *quanta, self.unit(i % self.channels))).sum();
         }
         sums.copy_from_slice(&cast_slice(&self.film)[at.clone()]);
         if !self.earlier.is_empty() {
             sums.iter_mut().zip(&self.earlier[at]).for_each(|(sum, earlier)| *sum = (earlier + f64::from(*sum)) as f32);
         }
+        0
     }
 
     /// What a quantum of channel `i` is worth.

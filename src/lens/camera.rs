@@ -194,7 +194,7 @@ impl LensCamera {
         self.pupil = pupil;
         // Rays between those of the grid may be a little further out.
         self.least_cos = 1.0 - 1.1 * (1.0 - least_cos);
-        let plane = if reach[1] < reach[0] && planes[1].is_finite() { 1 } else { 0 };
+        let plane = if reach[1] < reach[0] && planes[1].is_finite() && planes[1] >= self.start_z { 1 } else { 0 };
         self.front = AxialDisc { z: planes[plane], radius: 1.02 * reach[plane] };
     }
 

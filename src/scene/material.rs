@@ -4,6 +4,7 @@ use super::texture::{ImageTexture, Texture};
 use super::{Geometry, Scene, Shape};
 use crate::bsdf::fresnel;
 use crate::spectrum::{Ior, Spectrum};
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// What a surface does to light.
@@ -252,13 +253,9 @@ impl Material {
 impl Scene {
     /// The material at `index` and all that it is made of, each once.
     pub fn made_of(&self, index: usize) -> Vec<usize> {
-        let (mut all, mut at) = (vec![index], 0);
+        let (mut all, mut known, mut at) = (vec![index], HashSet::from([index]), 0);
         while at < all.len() {
-            for part in self.materials[all[at]].parts() {
-                if !all.contains(&part) {
-                    all.push(part);
-                }
-            }
+            all.extend(self.materials[all[at]].parts().into_iter().filter(|part| known.insert(*part)));
             at += 1;
         }
         all

@@ -276,3 +276,15 @@ fn tilt_dims_a_lamp_as_its_file_says() {
         near(light.luminous_flux_lm().unwrap(), factor * 200.0 * PI, 1e-4);
     }
 }
+
+#[test]
+fn eulumdat_files_of_one_angle_or_of_planes_out_of_order_are_refused() {
+    let one = load(&eulumdat(1, 4, &[0.0], &[0.0], |_, _| 100.0), "").expect_err("one angle");
+    assert!(one.contains("number of angles"), "{one}");
+    let whole = eulumdat(0, 4, &[0.0, 90.0, 180.0, 270.0], &[0.0, 90.0], |_, _| 100.0);
+    assert!(load(&whole, "").is_ok());
+    let mut lines: Vec<&str> = whole.split("\r\n").collect();
+    lines[43] = "-1e-9";
+    let turned = load(&lines.join("\n"), "").expect_err("a negative plane");
+    assert!(turned.contains("do not rise"), "{turned}");
+}

@@ -142,3 +142,34 @@ fn a_gltf_file_is_a_scene_that_includes_it() {
     let saved = document.save("lit bunny").expect("saved");
     assert!(Document::open(&saved, LoadOptions::default()).is_ok());
 }
+
+#[test]
+fn a_camera_of_a_lens_is_moved_with_the_film_that_it_was_made_for() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/photograph.json");
+    let (mut document, scene) = Document::open(&path, LoadOptions::default()).expect("a scene");
+    let mut camera = document.camera(&scene);
+    camera["lens"]["eye"] = json!([0.1, 0.3, 1.2]);
+    let Sensor::Perspective { eye, optics, .. } = document.look(Some(camera)).expect("a camera") else { panic!("no camera") };
+    assert!(eye.to_array() == [0.1, 0.3, 1.2] && optics.is_some());
+    document.look(None).expect("the file's own");
+}
+
+#[test]
+fn paths_without_end_are_refused() {
+    let folder = Folder::new("deep");
+    let (mut document, _) = open(&folder);
+    let path: Vec<&str> = std::iter::once("materials").chain(std::iter::repeat_n("a", 10_000)).collect();
+    let refused = document.edit(edit(&path, json!(1)), false).expect_err("too deep").to_string();
+    assert!(refused.contains("cannot be edited"), "{refused}");
+}
+
+#[test]
+fn a_file_that_is_saved_while_an_edit_is_made_is_read_anew() {
+    let folder = Folder::new("meanwhile");
+    let (mut document, _) = open(&folder);
+    assert!(!document.is_outdated());
+    let later = std::time::SystemTime::now() + std::time::Duration::from_secs(60);
+    std::fs::File::options().write(true).open(folder.0.join("small.json")).and_then(|f| f.set_modified(later)).expect("a file");
+    document.edit(edit(&["materials", "glass", "dielectric", "ior"], json!("N-SF11")), false).expect("flint");
+    assert!(document.is_outdated());
+}

@@ -22,7 +22,9 @@ pub(super) fn build(gpu: &Gpu, scene: &Scene, rows: &mut Rows) -> (Vec<(&'static
     let mut surfaces = Vec::new();
     for (surface, z) in lens.surfaces.iter().zip(lens.vertices()) {
         let behind = medium(Some(surface));
-        let coefficient = |i: usize| surface.aspheric.get(i).copied().unwrap_or(0.0) as f32;
+        // Of the height at the rim: in metres those of high powers are beyond single precision.
+        let at_rim = |i: usize| surface.semi_diameter.powi(2 * i as i32 + 2);
+        let coefficient = |i: usize| surface.aspheric.get(i).map_or(0.0, |a| a * at_rim(i)) as f32;
         let four = |first: usize| Vec4::from_array(std::array::from_fn(|i| coefficient(first + i)));
         surfaces.push(LensSurface {
             curvature: surface.curvature() as f32,

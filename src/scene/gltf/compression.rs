@@ -19,6 +19,11 @@ const TRIANGLES_PER_BYTE: u64 = 256;
 /// Bytes of attributes that a triangle explains.
 const BYTES_PER_TRIANGLE: u64 = 256;
 
+/// What all of a file may come to: so many times its buffers, but at least and at most so many bytes.
+const EXPANSION: u64 = 256;
+const LEAST_BYTES: u64 = 64 << 20;
+const MOST_BYTES: u64 = 8 << 30;
+
 /// A document whose compressed parts are being replaced.
 struct Part<'p> {
     json: &'p mut Value,
@@ -28,6 +33,8 @@ struct Part<'p> {
     mesh: Option<(u32, draco_core::Mesh)>,
     /// Accessors that were made.
     made: HashMap<Wanted, usize>,
+    /// Bytes that may still be made.
+    left: u64,
 }
 
 /// What of a Draco mesh, by its view, an accessor is to hold.
@@ -42,7 +49,9 @@ enum Wanted {
 /// # Errors
 /// Data that is damaged, or that stands for more than its size explains.
 pub(super) fn undo(json: &mut Value, buffers: &mut Vec<Option<Vec<u8>>>, path: &Path) -> Result<()> {
-    let mut part = Part { json, buffers, path, mesh: None, made: HashMap::new() };
+    let size: usize = buffers.iter().flatten().map(Vec::len).sum();
+    let left = MOST_BYTES.min((EXPANSION * size as u64).max(LEAST_BYTES));
+    let mut part = Part { json, buffers, path, mesh: None, made: HashMap::new(), left };
     let count = |value: &Value| value.as_array().map_or(0, Vec::len);
     for i in 0..part.json.get("bufferViews").map_or(0, count) {
         part.view(i)?;
@@ -90,6 +99,7 @@ impl Part<'_> {
             _ => meshopt::indices(data, count, stride),
         };
         let bytes = bytes.ok_or_else(|| node.fail("the compressed data is damaged", "export the file again"))?;
+        self.left = self.left.checked_sub(bytes.len() as u64).ok_or_else(|| too_much(&node))?;
         let (length, buffer) = (bytes.len(), self.add_buffer(bytes));
         let view = &mut self.json["bufferViews"][i];
         view["buffer"] = json!(buffer);
@@ -128,6 +138,9 @@ impl Part<'_> {
         let like = root.need("accessors")?.element(accessor);
         let like = like.ok_or_else(|| draco.fail(format!("there is no accessor {accessor}"), "export the file again"))?;
         let component_type = like.need("componentType")?.integer(0, u32::MAX)?;
+        if ![5120, 5121, 5122, 5123, 5125, 5126].contains(&component_type) {
+            return Err(draco.fail(format!("{component_type} is no type of numbers"), "export the file again"));
+        }
         let kinds = ["SCALAR", "VEC2", "VEC3", "VEC4"];
         let kind = like.need("type")?.choice(&kinds)?;
         let components = 1 + kinds.iter().position(|k| *k == kind).unwrap_or(0);
@@ -159,6 +172,7 @@ impl Part<'_> {
             return Err(draco.fail("the compressed mesh is empty", "export the file again"));
         }
         let length = bytes.len();
+        self.left = self.left.checked_sub(length as u64).ok_or_else(|| too_much(draco))?;
         let buffer = self.add_buffer(bytes);
         let view = self.add("bufferViews", json!({"buffer": buffer, "byteLength": length}));
         like["bufferView"] = json!(view);
@@ -207,6 +221,10 @@ impl Part<'_> {
         }
         self.json[list].as_array().map_or(0, Vec::len) - 1
     }
+}
+
+fn too_much(node: &Node) -> crate::error::Error {
+    node.fail("the compressed data comes to far more than its size explains", "export the file again")
 }
 
 fn beyond(node: &Node) -> crate::error::Error {

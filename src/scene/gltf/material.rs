@@ -203,14 +203,17 @@ impl<'n> Reader<'_, 'n, '_> {
             surface = Some(self.under_sheen(bare, &sheen));
         }
         if !is(&metallic, 1.0) && !is(&transmission, 0.0) {
-            let glass = self.grained(&grains, |reader| {
+            let make = |reader: &mut Self| {
                 let glass = reader.glass(&reflectance, &rough)?;
                 reader.filmed_glass(glass, &reflectance, &rough, &films)
-            })?;
-            let glass = self.less_specular(glass, &reflectance, &rough)?;
+            };
+            let mut glass = make(self)?;
             if grains.is_some() && self.is_solid(glass) {
                 self.note("anisotropy of solid glass: ignored (KHR_materials_anisotropy)");
+            } else if grains.is_some() {
+                glass = self.grained(&grains, make)?;
             }
+            let glass = self.less_specular(glass, &reflectance, &rough)?;
             if sheen.is_some() {
                 self.note("sheen on glass: ignored (KHR_materials_sheen)");
             }

@@ -30,7 +30,9 @@ pub(in crate::scene) fn prescription(node: &Node, reader: &SpectrumReader) -> Re
     match kind {
         "file" => {
             let (path, bytes) = reader.files.read(&inner)?;
-            read(&bytes, &path, Some(&inner), reader)
+            // Files that it names lie beside it.
+            let beside = SpectrumReader { files: reader.files.within(path.parent().unwrap_or(Path::new("."))), ..reader.clone() };
+            read(&bytes, &path, Some(&inner), &beside)
         }
         "prescription" => {
             let name = inner.string()?;

@@ -29,18 +29,18 @@ pub(super) fn parse(text: &str) -> Result<Profile, Problem> {
         let number = line.replace(',', ".").parse().ok().filter(|x: &f64| x.is_finite());
         number.ok_or_else(|| (format!("line {} is no number ({what})", i + 1), DAMAGED))
     };
-    let count = |i: usize, what: &str, most: f64| -> Result<usize, Problem> {
+    let count = |i: usize, what: &str, least: f64, most: f64| -> Result<usize, Problem> {
         let n = number(i, what)?;
-        if n.fract() != 0.0 || !(1.0..=most).contains(&n) {
-            return Err((format!("{n} is no {what} (1 to {most})"), DAMAGED));
+        if n.fract() != 0.0 || !(least..=most).contains(&n) {
+            return Err((format!("{n} is no {what} ({least} to {most})"), DAMAGED));
         }
         Ok(n as usize)
     };
     let symmetry = number(2, "symmetry")?;
-    let planes = count(3, "number of C-planes", MOST_PLANES)?;
-    let angles = count(5, "number of angles in a plane", MOST_ANGLES)?;
+    let planes = count(3, "number of C-planes", 1.0, MOST_PLANES)?;
+    let angles = count(5, "number of angles in a plane", 2.0, MOST_ANGLES)?;
     let factor = number(23, "conversion factor")?;
-    let sets = count(25, "number of sets of lamps", MOST_SETS)?;
+    let sets = count(25, "number of sets of lamps", 1.0, MOST_SETS)?;
     // Six lines a set: how many, type, flux, colour, rendering, watts; or, in some files, the first of all sets, then the second of all.
     let is_text = |i: usize| number(i, "").is_err();
     let flux_at = if sets > 1 && !is_text(27) && is_text(26 + sets) { 26 + 2 * sets } else { 28 };
@@ -49,7 +49,7 @@ pub(super) fn parse(text: &str) -> Result<Profile, Problem> {
     let first = 26 + 6 * sets + 10;
     let list =
         |from: usize, count: usize, what: &str| (from..from + count).map(|i| number(i, what)).collect::<Result<Vec<f64>, _>>();
-    let azimuth = list(first, planes, "C-planes")?;
+    let azimuth = rising(list(first, planes, "C-planes")?, 360.0, "horizontal")?;
     let polar = rising(list(first + planes, angles, "angles")?, 180.0, "vertical")?;
     // The planes that are written: all, one, or those on one side of a plane of symmetry.
     let uneven = || (format!("{planes} planes have no such symmetry"), DAMAGED);
@@ -76,12 +76,15 @@ pub(super) fn parse(text: &str) -> Result<Profile, Problem> {
             4.0 => &[degrees, 360.0 - degrees, 180.0 - degrees, 180.0 + degrees],
             _ => &[degrees],
         };
-        around.extend(images.iter().map(|degrees| (degrees.rem_euclid(360.0), plane)));
+        around.extend(
+            images
+                .iter()
+                .map(|degrees| (if degrees.rem_euclid(360.0) > 360.0 - 1e-6 { 0.0 } else { degrees.rem_euclid(360.0) }, plane)),
+        );
     }
     around.sort_by(|a, b| a.0.total_cmp(&b.0));
     around.dedup_by(|a, b| (a.0 - b.0).abs() < 1e-6);
-    let (from, to) = (around[0].0, azimuth[planes - 1]);
-    if from != 0.0 || !(0.0..=360.0).contains(&to) {
+    if around[0].0 != 0.0 {
         return Err(("its C-planes do not go round from 0 to 360 degrees".into(), DAMAGED));
     }
     around.push((360.0, around[0].1));
