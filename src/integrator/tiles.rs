@@ -4,7 +4,7 @@ use super::{Feature, Plan, merge};
 use crate::film::Tile;
 use crate::gpu::Gpu;
 
-/// Most bytes of a tile's splats, and half as many of its film: the host holds both once more.
+/// Most bytes of a tile's splats, and half as many of its film, through a lens as many: the host holds both once more.
 const TILE_BYTES: u64 = 1 << 30;
 
 /// Every block has one sample in every pass.

@@ -228,3 +228,18 @@ fn bounds_of_the_exit_pupil_are_safe_and_tight() {
         assert!(radius > 0.0 || f64::from(clear) > 0.8 * f64::from(within), "{clear} of {within}");
     }
 }
+
+#[test]
+fn keys_that_a_prescription_has_its_own_of_are_refused() {
+    let load = |more: &str| {
+        let camera = format!(
+            r#"{{"lens": {{"eye": [0, 1, 4], "target": [0, 1, 0], "film": [0.036, 0.036], "prescription": "gauss"{more}}}}}"#
+        );
+        let scene = format!(r#"{{"camera": {camera}, "lights": [{{"constant": {{"radiance": 1}}}}]}}"#);
+        load_text(&scene).map(|_| ()).map_err(|e| e.to_string())
+    };
+    assert_eq!(load(""), Ok(()));
+    for more in [r#", "unit": "mm""#, r#", "diameter": 30"#] {
+        assert!(load(more).expect_err(more).contains("leave this out"), "{more}");
+    }
+}

@@ -23,7 +23,7 @@ pub(in crate::scene) const EXTENSIONS: &[(&str, &str, Fate)] = &[
     ("EXT_meshopt_compression", "buffers compressed by meshoptimizer", Read),
     ("KHR_meshopt_compression", "buffers compressed by meshoptimizer", Read),
     ("KHR_lights_punctual", "point, spot and directional lights", Read),
-    ("KHR_materials_anisotropy", "brushed metal", Read),
+    ("KHR_materials_anisotropy", "brushed metal and panes", Read),
     ("KHR_materials_clearcoat", "clear coats", Read),
     ("KHR_materials_diffuse_transmission", "light that comes through diffusely", Read),
     ("KHR_materials_dispersion", "dispersion", Read),

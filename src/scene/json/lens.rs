@@ -163,6 +163,9 @@ fn glass(node: &Node, reader: &SpectrumReader) -> Result<Glass> {
 pub(in crate::scene) fn camera(inner: &Node, film: &FilmSettings, reader: &SpectrumReader) -> Result<Sensor> {
     let (eye, frame, distance) = view(inner)?;
     let lens = prescription(inner, reader)?;
+    if let (None, Some(idle)) = (inner.get("surfaces"), inner.get("unit").or(inner.get("diameter"))) {
+        return Err(idle.fail("the prescription says its own unit and diameters", "leave this out"));
+    }
     let size = inner.need("film")?;
     let [width, height] = size.numbers()?;
     if !(width > 0.0 && height > 0.0 && width <= 1e3 && height <= 1e3) {
@@ -201,7 +204,10 @@ pub(in crate::scene) fn camera(inner: &Node, film: &FilmSettings, reader: &Spect
         frame,
         tan_half_vfov: optics.tan_half_vfov,
         lens_radius: optics.paraxial.entrance_pupil.1.abs(),
-        focus_distance: if let Focus::At(distance) = setting.focus { distance } else { distance },
+        focus_distance: match setting.focus {
+            Focus::At(focus) => focus,
+            Focus::Film(_) => distance,
+        },
         optics: Some(Arc::new(optics)),
     })
 }
