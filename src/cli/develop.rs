@@ -128,7 +128,7 @@ fn adapter(wanted: Option<&str>, pixels: usize) -> error::Result<Option<Gpu>> {
 }
 
 /// The exposure that goes with a file: that of Abbe's own picture, or for a reflectance 0.
-fn own_exposure(image: &SpectralImage) -> Option<Exposure> {
+pub fn own_exposure(image: &SpectralImage) -> Option<Exposure> {
     if image.quantity == Quantity::Reflective {
         return Some(Exposure::Stops(0.0));
     }

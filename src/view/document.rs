@@ -1,5 +1,6 @@
 //! The scene that is looked at, as one JSON document: what the file says, then edits one after the other, then the camera. All else follows from it.
 
+use super::files::modified;
 use crate::error::{Error, Result};
 use crate::output::write_text;
 use crate::scene::{LoadOptions, Scene, Sensor, load, load_str};
@@ -298,10 +299,6 @@ impl Document {
         let free = names.into_iter().find(|name| !self.folder().join(format!("{name}.json")).exists());
         free.unwrap_or_else(|| "scene".into())
     }
-}
-
-fn modified(path: &Path) -> Option<SystemTime> {
-    std::fs::metadata(path).and_then(|m| m.modified()).ok()
 }
 
 /// A glTF file as a scene file that includes it.

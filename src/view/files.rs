@@ -61,6 +61,7 @@ impl Files {
     }
 }
 
-fn modified(path: &Path) -> Option<SystemTime> {
+/// When a file was changed last.
+pub(super) fn modified(path: &Path) -> Option<SystemTime> {
     std::fs::metadata(path).and_then(|m| m.modified()).ok()
 }
