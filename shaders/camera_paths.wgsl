@@ -78,14 +78,26 @@ fn main(
 #if !SENSOR_LENS
     mark_unfinished(slot_at(group.place, local), group.samples);
 #endif
-    var at = next_item(group.first, group.end, local);
-    if (at >= group.end) {
-        return;
-    }
-    var pixel = pixel_of_item(local);
+    // As after the last path of an item before the first.
+    var at = group.end;
+    var next = group.first;
+    var pixel = vec2u(0u);
     var i = 0u;
-    var ray = begin_path(pixel, i, local);
+    var ray: Ray;
+    path.ended = true;
     loop {
+        if (path.ended) {
+            if (i >= item.count) {
+                at = next_item(next, group.end, local);
+                if (at >= group.end) {
+                    break;
+                }
+                next = at + 1u;
+                pixel = pixel_of_item(local);
+                i = 0u;
+            }
+            ray = begin_path(pixel, i, local);
+        }
         ray = next_event(ray);
         if (path.ended) {
 #if COUNTED
@@ -97,15 +109,6 @@ fn main(
             store_sample(slot_at(item.place + i, local));
 #endif
             i += 1u;
-            if (i >= item.count) {
-                at = next_item(at + 1u, group.end, local);
-                if (at >= group.end) {
-                    break;
-                }
-                pixel = pixel_of_item(local);
-                i = 0u;
-            }
-            ray = begin_path(pixel, i, local);
         }
     }
     report_rays();

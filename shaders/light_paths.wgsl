@@ -43,12 +43,19 @@ fn main(
     let items_of_pass = (params.light_paths + 63u) / 64u;
     let first = group_number(workgroup.x, workgroups.x) * params.light_units;
     let end = min(first + params.light_units, items_of_pass * params.samples);
-    var item = next_item(first, end, items_of_pass, local);
-    if (item >= end) {
-        return;
-    }
-    var ray = begin_path(item, items_of_pass, local);
+    var item = end;
+    var next = first;
+    var ray: Ray;
+    path.ended = true;
     loop {
+        if (path.ended) {
+            item = next_item(next, end, items_of_pass, local);
+            if (item >= end) {
+                break;
+            }
+            next = item + 1u;
+            ray = begin_path(item, items_of_pass, local);
+        }
         ray = next_event(ray);
         if (path.ended) {
 #if COUNTED
@@ -57,11 +64,6 @@ fn main(
 #if GUIDED
             store_guiding_sample();
 #endif
-            item = next_item(item + 1u, end, items_of_pass, local);
-            if (item >= end) {
-                break;
-            }
-            ray = begin_path(item, items_of_pass, local);
         }
     }
     report_rays();

@@ -134,13 +134,18 @@ fn crossings_of_face(face: &LensFace, o: DVec3, d: DVec3) -> Vec<f64> {
     // Around the face only: it is no farther from its base than this.
     let reach = 2.0 * face.radius() + face.heights().1.abs() + face.heights().0.abs();
     let middle = (face.base - o).dot(d);
+    if (o + d * middle).distance(face.base) > reach {
+        return Vec::new();
+    }
     const STEPS: u32 = 2000;
     let at = |i: u32| middle + reach * (2.0 * f64::from(i) / f64::from(STEPS) - 1.0);
     let mut found = Vec::new();
+    let mut end = above(at(0));
     for i in 0..STEPS {
         let (mut lo, mut hi) = (at(i), at(i + 1));
-        let sign = above(lo) > 0.0;
-        if above(lo).is_nan() || above(hi).is_nan() || sign == (above(hi) > 0.0) {
+        let start = std::mem::replace(&mut end, above(hi));
+        let sign = start > 0.0;
+        if start.is_nan() || end.is_nan() || sign == (end > 0.0) {
             continue;
         }
         for _ in 0..60 {
