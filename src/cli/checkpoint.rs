@@ -2,7 +2,6 @@
 
 use super::device::TechniqueArgs;
 use super::print::{duration, note};
-use super::render::sensor_area;
 use super::values;
 use crate::error::{Error, Result};
 use crate::output::{Checkpoint, check_writable, write_checkpoint};
@@ -220,7 +219,7 @@ pub fn picture(scene: &Scene, merging: bool) -> Value {
     let FilmSettings { width, height, bins, exposure, .. } = &scene.film;
     json!({
         "width": width, "height": height, "bins": bins.count, "min_nm": bins.min_nm, "max_nm": bins.max_nm, "exposure": exposure,
-        "irradiance": sensor_area(&scene.sensor).is_some(), "film_sr": scene.sensor.optics().map(|o| o.axial), "merging": merging,
+        "irradiance": scene.sensor.area().is_some(), "film_sr": scene.sensor.optics().map(|o| o.axial), "merging": merging,
     })
 }
 

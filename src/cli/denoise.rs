@@ -1,13 +1,12 @@
 //! `abbe denoise`: from a noisy spectral EXR to one without noise.
 
-use super::develop::own_exposure;
 use super::picture::PictureArgs;
 use super::print::{duration, out};
 use super::render::png_beside;
 use super::{Done, Outcome};
 use crate::color::cie::is_visible;
 use crate::denoise::denoise;
-use crate::develop::picture::PictureSettings;
+use crate::develop::picture::{Exposure, PictureSettings};
 use crate::error::{Error, Result};
 use crate::output::picture::Precision;
 use crate::output::{SpectralImage, check_writable, picture_exposure, write_image, write_picture};
@@ -68,7 +67,7 @@ pub fn write_denoised(image: &SpectralImage, input: &Path, exr: &Path, settings:
             Vec::new()
         })
     };
-    let exposure = settings.exposure.or_else(|| own_exposure(image)).unwrap_or_default();
+    let exposure = settings.exposure.or_else(|| image.own_exposure().map(Exposure::Stops)).unwrap_or_default();
     let exposure = picture_exposure(&xyz(image)?, range, exposure);
     let remedy = "render with --aov denoise, and give that file";
     let denoised = denoise(image, exposure).map_err(|problem| Error::file(input, problem, remedy))?;

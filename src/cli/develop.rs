@@ -12,7 +12,7 @@ use crate::develop::picture::{Development, Exposure, PictureSettings};
 use crate::error::{self, Error};
 use crate::gpu::Gpu;
 use crate::output::picture::{Format, Precision};
-use crate::output::{Quantity, SpectralImage, check_writable, write_picture};
+use crate::output::{Quantity, check_writable, write_picture};
 use crate::spectrum::Spectrum;
 use crate::spectrum::library::{self, Observer};
 use std::path::PathBuf;
@@ -29,7 +29,6 @@ const EXAMPLES: &str = "Examples:
 
 A file that Abbe rendered keeps the exposure of its own picture; a reflectance has 0; others are exposed automatically.";
 
-const OBSERVERS: [(&str, Observer); 2] = [("1931", Observer::Cie1931), ("1964", Observer::Cie1964)];
 const METHODS: [(&str, Method); 2] = [("bradford", Method::Bradford), ("cat16", Method::Cat16)];
 const BITS: [(&str, u8); 2] = [("8", 8), ("16", 16)];
 
@@ -51,7 +50,7 @@ pub struct Args {
     #[arg(long, value_name = "METHOD", default_value = "bradford", value_parser = choice(METHODS))]
     adaptation: Method,
     /// CIE observer: 1931 (2 degrees) or 1964 (10 degrees)
-    #[arg(long, value_name = "YEAR", default_value = "1931", value_parser = choice(OBSERVERS))]
+    #[arg(long, value_name = "YEAR", default_value = "1931", value_parser = choice(Observer::NAMED))]
     observer: Observer,
     /// Bits per component of a .png
     #[arg(long, value_name = "N", default_value = "8", value_parser = choice(BITS))]
@@ -95,7 +94,7 @@ pub fn run(args: &Args) -> Outcome {
         note("note: --illuminant is for reflectances, and this file is of light; see --white");
     }
     let own = PictureSettings {
-        exposure: own_exposure(&image),
+        exposure: image.own_exposure().map(Exposure::Stops),
         gamut: (format == Some(Format::Exr)).then_some(Gamut::Keep),
         ..PictureSettings::default()
     };
@@ -125,15 +124,6 @@ fn adapter(wanted: Option<&str>, pixels: usize) -> error::Result<Option<Gpu>> {
         // Without one the CPU does it all the same.
         None => Ok(Gpu::open(None).ok()),
     }
-}
-
-/// The exposure that goes with a file: that of Abbe's own picture, or for a reflectance 0.
-pub fn own_exposure(image: &SpectralImage) -> Option<Exposure> {
-    if image.quantity == Quantity::Reflective {
-        return Some(Exposure::Stops(0.0));
-    }
-    image.attribute("abbe.version")?;
-    image.attribute("EV")?.parse().ok().filter(|v: &f64| v.abs() <= Exposure::MOST_STOPS).map(Exposure::Stops)
 }
 
 fn light(text: &str) -> Result<Spectrum, String> {

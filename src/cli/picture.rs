@@ -7,10 +7,8 @@ use crate::develop::tone::Tone;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde_json::{Value, json};
 
-const TONES: [(&str, Tone); 4] = [("none", Tone::None), ("reinhard", Tone::Reinhard), ("aces", Tone::Aces), ("agx", Tone::AgX)];
 const SPACES: [(&str, Space); 4] =
     [("srgb", Space::Srgb), ("p3", Space::DisplayP3), ("rec2020", Space::Rec2020), ("acescg", Space::AcesCg)];
-const GAMUTS: [(&str, Gamut); 3] = [("map", Gamut::Map), ("clip", Gamut::Clip), ("keep", Gamut::Keep)];
 
 /// How the picture is made.
 #[derive(clap::Args, Clone, Debug, Default, PartialEq)]
@@ -19,13 +17,13 @@ pub struct PictureArgs {
     #[arg(long, value_name = "EV", value_parser = Exposure::parse, allow_hyphen_values = true)]
     exposure: Option<Exposure>,
     /// Tone curve [default: none]
-    #[arg(long, value_name = "CURVE", value_parser = choice(TONES))]
+    #[arg(long, value_name = "CURVE", value_parser = choice(Tone::NAMED))]
     tone: Option<Tone>,
     /// Colour space of the picture; acescg only in .exr [default: srgb]
     #[arg(long, value_name = "SPACE", value_parser = choice(SPACES))]
     space: Option<Space>,
     /// Colours that the space cannot show: map (keep hue and lightness), clip each component, or keep them out of range [default: map; keep in .exr]
-    #[arg(long, value_name = "HOW", value_parser = choice(GAMUTS))]
+    #[arg(long, value_name = "HOW", value_parser = choice(Gamut::NAMED))]
     gamut: Option<Gamut>,
 }
 
@@ -40,9 +38,9 @@ impl PictureArgs {
     pub fn json(&self) -> Value {
         json!({
             "exposure": self.exposure.map(|exposure| exposure.to_string()),
-            "tone": self.tone.and_then(|tone| name_of(&TONES, tone)),
+            "tone": self.tone.and_then(|tone| name_of(&Tone::NAMED, tone)),
             "space": self.space.and_then(|space| name_of(&SPACES, space)),
-            "gamut": self.gamut.and_then(|gamut| name_of(&GAMUTS, gamut)),
+            "gamut": self.gamut.and_then(|gamut| name_of(&Gamut::NAMED, gamut)),
         })
     }
 
@@ -51,9 +49,9 @@ impl PictureArgs {
         let text = |name: &str| json[name].as_str().unwrap_or_default();
         let asked = PictureSettings {
             exposure: Exposure::parse(text("exposure")).ok(),
-            tone: value_of(&TONES, text("tone")),
+            tone: value_of(&Tone::NAMED, text("tone")),
             space: value_of(&SPACES, text("space")),
-            gamut: value_of(&GAMUTS, text("gamut")),
+            gamut: value_of(&Gamut::NAMED, text("gamut")),
         };
         let PictureSettings { exposure, tone, space, gamut } = self.settings().or(asked);
         PictureArgs { exposure, tone, space, gamut }

@@ -20,7 +20,7 @@ use crate::output::exr::Aovs;
 use crate::output::picture::Precision;
 use crate::output::{Provenance, SpectralImage, check_writable, picture_exposure, write_exr, write_picture};
 use crate::render::{Checkpointable, Ended, Rendering, Share, Stop, Summary};
-use crate::scene::{FilmSettings, Scene, Sensor, Setting, advice_before_rendering};
+use crate::scene::{FilmSettings, Scene, Setting, advice_before_rendering};
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::io::{IsTerminal, stderr};
@@ -316,7 +316,7 @@ pub fn run(args: &Args) -> Outcome {
             Err(e) => note(&format!("warning: {}", e)),
         }
     }
-    let (stats, seconds) = (rendering.stats, rendering.elapsed.as_secs_f64());
+    let stats = rendering.stats;
 
     let mut files = Ok(Vec::new());
     // A device may fail after hours: what it had done is written before its error is passed on.
@@ -329,20 +329,8 @@ pub fn run(args: &Args) -> Outcome {
             albedo: aovs_for(Aov::Albedo),
             halves: args.wants(Aov::Denoise),
         };
-        let mut origin = Provenance {
-            scene: scene.name.clone(),
-            scene_hash: format!("fnv1a64:{:016x}", scene.source_hash),
-            max_depth: scene.max_depth,
-            device: device.name.clone(),
-            seed: args.seed,
-            techniques: args.techniques.to_string(),
-            merging: device.merging,
-            seconds,
-            stats,
-            exposure: scene.film.exposure,
-            irradiance: sensor_area(&scene.sensor).is_some(),
-            film_sr: scene.sensor.optics().map(|o| o.axial),
-        };
+        let (name, techniques) = (device.name.clone(), args.techniques.to_string());
+        let mut origin = Provenance::of(&scene, &rendering, name, device.merging, args.seed, techniques);
         let written = write_files(&exr, png.as_deref(), &rendering.film, origin.clone(), aovs, &settings);
         if let Err(failure) = written {
             let mut state = Checkpointable::new(&mut rendering, device.integrator.as_mut());
@@ -473,15 +461,6 @@ pub fn png_beside(exr: &Path) -> Result<PathBuf> {
     Ok(exr.with_extension("png"))
 }
 
-/// Area of an irradiance sensor in m^2; `None` for a camera.
-pub fn sensor_area(sensor: &Sensor) -> Option<f64> {
-    match sensor {
-        Sensor::IrradiancePlane { edge_u, edge_v, .. } => Some(edge_u.cross(*edge_v).length()),
-        Sensor::IrradianceSphere { radius, .. } => Some(4.0 * std::f64::consts::PI * radius * radius),
-        Sensor::Perspective { .. } | Sensor::Orthographic { .. } => None,
-    }
-}
-
 /// What is said at the end.
 struct Report<'a> {
     scene: &'a Scene,
@@ -499,7 +478,7 @@ struct Report<'a> {
 impl Report<'_> {
     /// Total flux of an irradiance sensor: W and lm.
     fn flux(&self) -> Option<(f64, f64)> {
-        let flux = self.film.total_flux(sensor_area(&self.scene.sensor)?);
+        let flux = self.film.total_flux(self.scene.sensor.area()?);
         let (bins, xyz) = flux.split_at(self.film.bins());
         Some((bins.iter().sum::<f64>() * self.scene.film.bins.width_nm(), xyz[1]))
     }

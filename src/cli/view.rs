@@ -13,7 +13,8 @@ use crate::output::check_writable;
 use crate::output::exr::Aovs;
 use crate::render::Stop;
 use crate::view::document::Document;
-use crate::view::engine::{Command, Engine, Published, Request};
+use crate::view::engine::{Engine, Request};
+use crate::view::live::{Command, Published};
 use crate::view::{Files, Server, access};
 use std::path::PathBuf;
 use std::process::Stdio;
@@ -91,12 +92,10 @@ pub fn run(args: &Args) -> Outcome {
         memory::limit(None);
         let server = Server::start(&args.host, args.port, published, None)?;
         args.announce(&server);
-        interrupt::heed();
-        while !interrupt::requested() {
+        loop {
             std::thread::sleep(WATCH);
             files.iter_mut().for_each(Files::reload_if_outdated);
         }
-        return Ok(Done::Interrupted);
     };
     let (document, loaded) = Document::open(scene, args.overrides.options())?;
     if let Some(output) = &args.output {
@@ -112,12 +111,15 @@ pub fn run(args: &Args) -> Outcome {
     memory::limit(None);
     let server = Server::start(&args.host, args.port, published, Some(live.clone()))?;
     args.announce(&server);
-    interrupt::heed();
+    if args.output.is_some() {
+        interrupt::heed();
+    }
     let engine = std::thread::Builder::new().name("engine".into()).spawn(move || engine.run());
     let engine = engine.map_err(|e| Error::usage(format!("cannot start a thread: {e}"), "end other programs"))?;
     while !interrupt::requested() && !engine.is_finished() {
         std::thread::sleep(WATCH);
         files.iter_mut().for_each(Files::reload_if_outdated);
+        live.heed_files();
     }
     live.send(Command::End);
     let (film, provenance) =

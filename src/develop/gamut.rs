@@ -36,6 +36,11 @@ pub enum Gamut {
     Keep,
 }
 
+impl Gamut {
+    /// All of them by name.
+    pub const NAMED: [(&str, Gamut); 3] = [("map", Gamut::Map), ("clip", Gamut::Clip), ("keep", Gamut::Keep)];
+}
+
 /// The map of one space.
 #[derive(Debug, Clone)]
 pub struct GamutMap {

@@ -20,6 +20,12 @@ pub enum Tone {
     AgX,
 }
 
+impl Tone {
+    /// All of them by name.
+    pub const NAMED: [(&str, Tone); 4] =
+        [("none", Tone::None), ("reinhard", Tone::Reinhard), ("aces", Tone::Aces), ("agx", Tone::AgX)];
+}
+
 /// A tone curve for linear RGB of one space.
 #[derive(Debug, Clone)]
 pub struct ToneCurve {

@@ -58,7 +58,7 @@ pub struct GpuIntegrator {
     pub(super) plan: Plan,
     camera: Pass,
     /// Finds the caustics, where there can be any.
-    light: Option<Pass>,
+    pub(super) light: Option<Pass>,
     pub(super) scene: GpuScene,
     wavelengths: Wavelengths,
     bins: Bins,
@@ -176,8 +176,10 @@ impl GpuIntegrator {
         let film = summed("film", plan.bytes_of_sum() * values)?;
         let splats = plan.light.as_ref().map(|_| summed("splats", 8 * values)).transpose()?;
         let camera_kernels: &[&str] = if has_lens { &["camera_paths.wgsl"] } else { &["camera_paths.wgsl", "update_film.wgsl"] };
-        let camera = pass(camera_kernels, plan.camera, limit, 0)?;
-        let light = plan.light.map(|f| pass(&["light_paths.wgsl"], f, limit, 2)).transpose()?;
+        let light = || plan.light.map(|f| pass(&["light_paths.wgsl"], f, limit, 2)).transpose();
+        // Side by side; a panic of the other thread is one of this one.
+        let (camera, light) = rayon::join(|| pass(camera_kernels, plan.camera, limit, 0), || gpu.faults.guard(light));
+        let (camera, light) = (camera?, light?);
         let uniforms = gpu.uniform("params", std::mem::size_of::<Params>() as u64);
         let counters = summed("counters", (COUNTERS * 4) as u64)?;
         let guide = plan.guides(gpu_scene.params.lights).map(|[axes, aims]| Guide::new(&gpu, axes, aims)).transpose()?;

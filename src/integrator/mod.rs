@@ -26,4 +26,5 @@ pub use gpu_integrator::{GpuIntegrator, fold_seed};
 pub use learned::MOST_HALVINGS;
 pub use merge::mean_squared_radius;
 pub use plan::{Plan, Techniques};
+pub use preview::Preview;
 pub use wavelengths::{Stratum, Wavelengths};

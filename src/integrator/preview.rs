@@ -17,30 +17,48 @@ const LIGHT_PATHS: f64 = 0.5;
 /// Numbers of batches that previews take turns with, below those of probes.
 const NUMBERS: u32 = 1 << 12;
 
+/// What a look is to be.
+#[derive(Debug, Clone, Copy)]
+pub struct Preview {
+    /// Pixels, at most about.
+    pub pixels: f64,
+    /// Samples of each.
+    pub passes: u32,
+    /// Keys its random numbers.
+    pub number: u32,
+    /// Whether there are light paths. Their kernel takes as long to compile as that of camera paths: without them something is seen sooner.
+    pub has_light_paths: bool,
+}
+
 impl GpuIntegrator {
-    /// A look at the scene by the sensor of `scene`, which is else what this integrator renders: a film of at most about so many `pixels` and `passes`
-    /// samples of each, with other random numbers for every `number`. Light paths go where `guide` sends them, which learns from it: the state of one,
-    /// from [`GpuIntegrator::guide`], or nothing yet.
+    /// A look at the scene by the sensor of `scene`, which is else what this integrator renders. Light paths go where `guide` sends them, which learns from
+    /// it: the state of one, from [`GpuIntegrator::guide`], or nothing yet.
     ///
     /// All batches must be settled. What they have left behind stays as it is: a render goes on after it with the same bits. One that was interrupted in a
     /// batch can be looked at all the same, but not gone on with.
     ///
     /// # Errors
     /// As [`crate::render::Integrator::render_batch`].
-    pub fn preview(&mut self, scene: &Scene, pixels: f64, passes: u32, number: u32, guide: &mut Vec<u8>) -> Result<Film> {
+    pub fn preview(&mut self, scene: &Scene, preview: Preview, guide: &mut Vec<u8>) -> Result<Film> {
+        let (params, fitting, own) = (self.params, self.learned.fitting, self.guide()?);
+        let collapse_wavelengths = self.collapse_wavelengths;
+        let light = if preview.has_light_paths { None } else { self.light.take() };
         let faults = self.gpu.faults.clone();
-        faults.guard(|| self.look(scene, pixels, passes, number, guide))
+        let looked = faults.guard(|| self.look(scene, preview, guide));
+        self.light = light.or(self.light.take());
+        (self.params, self.learned.fitting, self.collapse_wavelengths) = (params, fitting, collapse_wavelengths);
+        self.set_guide(&own)?;
+        looked
     }
 
-    fn look(&mut self, scene: &Scene, pixels: f64, passes: u32, number: u32, guide: &mut Vec<u8>) -> Result<Film> {
+    fn look(&mut self, scene: &Scene, preview: Preview, guide: &mut Vec<u8>) -> Result<Film> {
         // What an interrupted batch has left there.
-        self.gpu.clear(&self.film.0);
-        self.splats.iter().for_each(|(splats, _)| self.gpu.clear(splats));
-        let (picture, fitting, own) = (self.params, self.learned.fitting, self.guide()?);
-        let collapse_wavelengths = self.collapse_wavelengths;
+        let left = [&self.film.0].into_iter().chain(self.splats.iter().map(|(splats, _)| splats));
+        left.chain(self.learned.guide.iter().map(|g| &g.guiding_samples)).for_each(|buffer| self.gpu.clear(buffer));
+        let picture = self.params;
         let uploaded = (picture.spectra_stride, picture.heads, picture.points);
         let seen = params(scene, bounds_of_all(&scene.shapes), &self.scene, merge::reach(scene), uploaded.0)?;
-        let coarse = coarser(&Params { heads: uploaded.1, points: uploaded.2, ..seen }, pixels);
+        let coarse = coarser(&Params { heads: uploaded.1, points: uploaded.2, ..seen }, preview.pixels);
         let light_paths = ((f64::from(coarse.light_paths) * LIGHT_PATHS).round() as u32).max(1);
         if !guide.is_empty() {
             self.set_guide(guide)?;
@@ -48,14 +66,16 @@ impl GpuIntegrator {
         self.params = Params { light_paths, ..coarse };
         // Of one wavelength alone glass would have its colour. Fewer photons meet points of theirs, but no less is expected of them.
         self.collapse_wavelengths = 4;
-        let looked = self.passes_of_preview(scene, passes, u32::MAX - (NUMBERS << 1) + number % NUMBERS, number);
-        *guide = self.guide()?;
-        (self.params, self.learned.fitting, self.collapse_wavelengths) = (picture, fitting, collapse_wavelengths);
-        self.set_guide(&own)?;
-        looked
+        let film = self.passes_of_preview(scene, preview)?;
+        if preview.has_light_paths {
+            *guide = self.guide()?;
+        }
+        Ok(film)
     }
 
-    fn passes_of_preview(&mut self, scene: &Scene, passes: u32, batch: u32, number: u32) -> Result<Film> {
+    fn passes_of_preview(&mut self, scene: &Scene, preview: Preview) -> Result<Film> {
+        let Preview { passes, number, .. } = preview;
+        let batch = u32::MAX - (NUMBERS << 1) + number % NUMBERS;
         let (width, height) = (self.params.image_width, self.params.image_height);
         let mut film = Film::new(&FilmSettings { width, height, ..scene.film.clone() });
         let mut room = Vec::new();

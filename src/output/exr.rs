@@ -26,6 +26,8 @@ use crate::color::space::Space;
 use crate::error::Result;
 use crate::film::aov::AovBuffers;
 use crate::film::{Errors, Film};
+use crate::render::Rendering;
+use crate::scene::Scene;
 use crate::spectrum::library::Observer;
 use crate::stats::BatchStats;
 use exr::block::{BlockIndex, UncompressedBlock};
@@ -63,6 +65,26 @@ pub struct Provenance {
     pub irradiance: bool,
     /// Of a camera with a lens: the pixels are irradiance on the film over this many sr ([`crate::lens::LensCamera::axial`]).
     pub film_sr: Option<f64>,
+}
+
+impl Provenance {
+    /// Of a render of `scene` by a device of this name, which merges light paths or not, as far as it is.
+    pub fn of(scene: &Scene, rendering: &Rendering, device: String, merging: bool, seed: u64, techniques: String) -> Self {
+        Provenance {
+            scene: scene.name.clone(),
+            scene_hash: format!("fnv1a64:{:016x}", scene.source_hash),
+            max_depth: scene.max_depth,
+            device,
+            seed,
+            techniques,
+            merging,
+            seconds: rendering.elapsed.as_secs_f64(),
+            stats: rendering.stats,
+            exposure: scene.film.exposure,
+            irradiance: scene.sensor.area().is_some(),
+            film_sr: scene.sensor.optics().map(|o| o.axial),
+        }
+    }
 }
 
 /// Which extra channels a file gets; none unless asked for.

@@ -3,6 +3,7 @@
 use super::{Quantity, SpectralImage};
 use crate::color::bins::{emission_weights, reflection_weights, xyz_image};
 use crate::color::cie::{is_visible, lacks_for_colour, xyz_of, xyz_of_unit};
+use crate::develop::picture::Exposure;
 use crate::spectrum::Spectrum;
 use crate::spectrum::library::Observer;
 
@@ -16,6 +17,15 @@ pub struct Colours {
 }
 
 impl SpectralImage {
+    /// The exposure that goes with it, in stops: that of Abbe's own picture, or for a reflectance 0.
+    pub fn own_exposure(&self) -> Option<f64> {
+        if self.quantity == Quantity::Reflective {
+            return Some(0.0);
+        }
+        self.attribute("abbe.version")?;
+        self.attribute("EV")?.parse().ok().filter(|v: &f64| v.abs() <= Exposure::MOST_STOPS)
+    }
+
     /// XYZ of every pixel as `observer` sees it: where the file holds those of Abbe's film for this observer, these; else from the bins, through
     /// the smoothest spectrum that has their means. A reflectance is lit by `light`.
     ///

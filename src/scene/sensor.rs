@@ -49,6 +49,15 @@ pub enum WavelengthSampling {
 }
 
 impl Sensor {
+    /// Area of what measures irradiance, m^2; `None` for a camera.
+    pub fn area(&self) -> Option<f64> {
+        match self {
+            Sensor::IrradiancePlane { edge_u, edge_v, .. } => Some(edge_u.cross(*edge_v).length()),
+            Sensor::IrradianceSphere { radius, .. } => Some(4.0 * std::f64::consts::PI * radius * radius),
+            Sensor::Perspective { .. } | Sensor::Orthographic { .. } => None,
+        }
+    }
+
     /// The lens that a camera looks through, if it is one of surfaces.
     pub fn optics(&self) -> Option<&LensCamera> {
         match self {

@@ -25,6 +25,8 @@ pub struct Scene {
     pub thin_films: BTreeMap<usize, ThinFilm>,
     /// Grain of rough conductors, by the index of the material.
     pub grains: BTreeMap<usize, Grain>,
+    /// Materials that shapes of included glTF files have there.
+    pub included: Vec<IncludedMaterial>,
     /// Volumes with an index and a medium; `interiors[0]` surrounds the scene.
     pub interiors: Vec<Interior>,
     /// Geometry: every instance is its own shape.
@@ -126,6 +128,17 @@ pub struct Shape {
     pub interior: Option<usize>,
     /// Emitted light, if any.
     pub emission: Option<Emission>,
+}
+
+/// What a material of a glTF file has become in the scene that includes it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct IncludedMaterial {
+    /// Where the scene's file includes the other, as errors name places: `$.shapes[2].gltf`.
+    pub place: String,
+    /// Its name there.
+    pub name: String,
+    /// Index into [`Scene::materials`].
+    pub material: usize,
 }
 
 /// A lens as it was written down, and how many times larger it stands in the scene.

@@ -38,6 +38,11 @@ pub enum Observer {
     Cie1964,
 }
 
+impl Observer {
+    /// Both by their years.
+    pub const NAMED: [(&str, Observer); 2] = [("1931", Observer::Cie1931), ("1964", Observer::Cie1964)];
+}
+
 /// Colour-matching functions, linear between points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cmf {

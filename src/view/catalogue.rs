@@ -1,5 +1,6 @@
 //! What the page draws its diagrams from: all glasses with index and Abbe number, and the colours of the visible.
 
+use super::look;
 use crate::color::chromaticity::color_of_wavelength;
 use crate::color::cie::xy;
 use crate::color::space::{D65, Space};
@@ -36,8 +37,9 @@ pub fn glass(name: &str) -> Option<Value> {
     )
 }
 
-/// The spectral locus, the colours along it, the triangle of sRGB, and the names of illuminants.
-pub fn colors() -> Value {
+/// What a page offers: names of views and settings, illuminants and metals; and what its diagrams of colours have: the spectral locus, the colours along it
+/// and the triangle of sRGB.
+pub fn choices() -> Value {
     let cmf = library::observer(Observer::Cie1931);
     let locus: Vec<Value> = (380..=700)
         .step_by(5)
@@ -53,5 +55,5 @@ pub fn colors() -> Value {
             json!([nm, format!("#{r:02x}{g:02x}{b:02x}")])
         })
         .collect();
-    json!({"locus": locus, "visible": visible, "srgb": Space::Srgb.primaries(), "white": D65, "illuminants": library::illuminant_names(), "metals": library::metal_names()})
+    json!({"look": look::choices(), "locus": locus, "visible": visible, "srgb": Space::Srgb.primaries(), "white": D65, "illuminants": library::illuminant_names(), "metals": library::metal_names()})
 }

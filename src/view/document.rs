@@ -6,7 +6,6 @@ use crate::output::write_text;
 use crate::scene::{LoadOptions, Scene, Sensor, load, load_str};
 use glam::DVec3;
 use serde_json::{Map, Value, json};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -35,7 +34,7 @@ const MOST_KEYS: usize = 32;
 const MOST_EDITS: usize = 500;
 
 /// A scene file with what was changed about it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Document {
     path: PathBuf,
     options: LoadOptions,
@@ -43,8 +42,6 @@ pub struct Document {
     edits: Vec<Edit>,
     undone: Vec<Edit>,
     camera: Option<Value>,
-    /// Materials of included glTF files, by the number of the shape.
-    included: BTreeMap<usize, Vec<String>>,
     files: Vec<(PathBuf, Option<SystemTime>)>,
 }
 
@@ -55,16 +52,8 @@ impl Document {
     /// Those of [`load`].
     pub fn open(path: &Path, options: LoadOptions) -> Result<(Self, Scene)> {
         let (path, nothing) = (path.to_path_buf(), Value::Null);
-        let mut document = Document {
-            path,
-            options,
-            base: nothing,
-            edits: Vec::new(),
-            undone: Vec::new(),
-            camera: None,
-            included: BTreeMap::new(),
-            files: Vec::new(),
-        };
+        let mut document =
+            Document { path, options, base: nothing, edits: Vec::new(), undone: Vec::new(), camera: None, files: Vec::new() };
         document.read()?;
         let scene = document.scene()?;
         document.watch(&scene, true);
@@ -75,6 +64,12 @@ impl Document {
         let options = &self.options;
         let extension = self.path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
         let mut base = if extension == "glb" || extension == "gltf" {
+            if options.studio {
+                return Err(Error::usage(
+                    "--studio is no light that a scene file can have, and what is seen here can be saved as one",
+                    "leave it out, or include the file in a scene with lights of its own",
+                ));
+            }
             wrapped(&self.path, &load(&self.path, options)?)
         } else {
             // Its errors are those of a scene file that is loaded.
@@ -92,16 +87,8 @@ impl Document {
         if let Some(depth) = options.max_depth {
             set(&mut base, &["max_depth".to_string()], json!(depth));
         }
-        let shapes = base["shapes"].as_array().into_iter().flatten().enumerate();
-        let gltf = shapes.filter_map(|(i, shape)| Some((i, shape["gltf"]["file"].as_str()?)));
-        self.included = gltf.map(|(i, file)| (i, gltf_materials(&self.folder().join(file)).unwrap_or_default())).collect();
         self.base = base;
         Ok(())
-    }
-
-    /// Names of the materials of included glTF files, by the number of the shape that includes them.
-    pub fn included(&self) -> &BTreeMap<usize, Vec<String>> {
-        &self.included
     }
 
     /// The document as a scene file has it.
@@ -189,7 +176,7 @@ impl Document {
     pub fn undo(&mut self, again: bool) -> Option<Result<Scene>> {
         let (from, to) = if again { (&mut self.undone, &mut self.edits) } else { (&mut self.edits, &mut self.undone) };
         to.push(from.pop()?);
-        Some(self.scene())
+        Some(self.scene().inspect(|scene| self.watch(scene, false)))
     }
 
     /// Whether it is looked at from there already.
@@ -244,7 +231,7 @@ impl Document {
     /// # Errors
     /// Those of [`load`]; the document then stays as it was, and is tried again when a file changes.
     pub fn reload(&mut self) -> Result<Scene> {
-        let (base, edits, included) = (self.base.clone(), self.edits.clone(), self.included.clone());
+        let (base, edits) = (self.base.clone(), self.edits.clone());
         self.files.iter_mut().for_each(|(path, time)| *time = modified(path));
         // Edits of what is no longer there are lost.
         let read = self.read().and_then(|()| {
@@ -259,7 +246,7 @@ impl Document {
                 Ok(scene)
             }
             Err(e) => {
-                (self.base, self.edits, self.included) = (base, edits, included);
+                (self.base, self.edits) = (base, edits);
                 Err(e)
             }
         }
@@ -352,27 +339,8 @@ fn camera_json(scene: &Scene) -> Value {
     }
 }
 
-/// Names of the materials in a glTF file that the loader has read: of a .glb, in its first chunk.
-fn gltf_materials(path: &Path) -> Option<Vec<String>> {
-    let bytes = std::fs::read(path).ok()?;
-    let json = if bytes.starts_with(b"glTF") {
-        let length = u32::from_le_bytes(bytes.get(12..16)?.try_into().ok()?) as usize;
-        bytes.get(20..20 + length)?
-    } else {
-        &bytes
-    };
-    let value: Value = serde_json::from_slice(json).ok()?;
-    let mut names: Vec<String> = Vec::new();
-    for name in value["materials"].as_array()?.iter().filter_map(|material| material["name"].as_str()) {
-        if !name.is_empty() && !names.iter().any(|known| known == name) {
-            names.push(name.into());
-        }
-    }
-    Some(names)
-}
-
 /// The value at these keys.
-fn get<'a>(document: &'a Value, path: &[String]) -> Option<&'a Value> {
+pub(super) fn get<'a>(document: &'a Value, path: &[String]) -> Option<&'a Value> {
     path.iter().try_fold(document, |place, step| match place {
         Value::Array(elements) => elements.get(step.parse::<usize>().ok()?),
         _ => place.get(step.as_str()),

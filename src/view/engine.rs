@@ -1,6 +1,7 @@
 //! What renders: one thread that owns the document and all that follows from it, takes commands and publishes what it comes to.
 
-use super::document::{Document, Edit};
+use super::document::Document;
+use super::live::{Command, Live, Published, lock};
 use super::pick::Picker;
 use super::picture::{Content, Picture};
 use super::summary;
@@ -8,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::aov::{AovBuffers, albedos};
 use crate::gpu::Gpu;
-use crate::integrator::{GpuIntegrator, Plan, Techniques};
+use crate::integrator::{Feature, GpuIntegrator, Plan, Preview, Techniques};
 use crate::output::Provenance;
 use crate::render::{Ended, Halt, Integrator, Progress, Renderer, Rendering, Stop};
 use crate::scene::{Scene, Sensor};
@@ -16,84 +17,10 @@ use serde_json::{Value, json};
 use std::collections::HashSet;
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::SeqCst};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
-use tokio::sync::watch;
-
-/// Answers a page that asked.
-pub type Reply = Box<dyn FnOnce(Value) + Send>;
-
-/// What pages ask for. All pages share one scene.
-pub enum Command {
-    /// Look from another camera (`None`: the file's), more of which are to come or not.
-    Camera(Option<Value>, bool),
-    /// Change a value; the flag says that it goes on changing.
-    Edit(Edit, bool),
-    /// Take the last change back, or make it again.
-    Undo(bool),
-    /// Render no more for now, or go on.
-    Pause(bool),
-    /// Find depth, normals and albedos.
-    Aovs,
-    /// Say what lies at this place of the picture, from 0 to 1 across and down.
-    Pick([f64; 2], Reply),
-    /// Write the scene by this name.
-    Save(String, Reply),
-    /// Say the whole scene file.
-    Json(Reply),
-    /// Somebody looks.
-    Show,
-    /// End.
-    End,
-}
-
-/// What pages see.
-#[derive(Debug)]
-pub struct Published {
-    /// What there is to look at and to change.
-    pub document: watch::Sender<Arc<Value>>,
-    /// How far it is.
-    pub status: watch::Sender<Arc<Value>>,
-    /// The picture, and that of a second file.
-    pub pictures: [watch::Sender<Option<Arc<Picture>>>; 2],
-    /// Nanoseconds that were spent on showing it.
-    pub spent: AtomicU64,
-}
-
-impl Default for Published {
-    /// Nothing yet.
-    fn default() -> Self {
-        Published {
-            document: watch::Sender::new(Arc::new(json!({}))),
-            status: watch::Sender::new(Arc::new(json!({"phase": "loading"}))),
-            pictures: [watch::Sender::new(None), watch::Sender::new(None)],
-            spent: AtomicU64::new(0),
-        }
-    }
-}
-
-/// The engine, from outside.
-#[derive(Clone)]
-pub struct Live {
-    commands: Sender<Command>,
-    waiting: Arc<AtomicUsize>,
-    halt: Arc<Mutex<Option<Halt>>>,
-}
-
-impl Live {
-    /// Hands a command over. One that moves the camera ends the batch under way; others may come to nothing, and wait for it.
-    pub fn send(&self, command: Command) {
-        let is_urgent = matches!(command, Command::Camera(Some(_), _) | Command::End);
-        self.waiting.fetch_add(1, SeqCst);
-        // An engine that has ended takes none.
-        let _ = self.commands.send(command);
-        if is_urgent && let Some(halt) = &*self.halt.lock().unwrap_or_else(PoisonError::into_inner) {
-            halt.request();
-        }
-    }
-}
 
 /// How a scene is rendered.
 pub struct Request {
@@ -121,7 +48,7 @@ const SHOWING: (Duration, f64) = (Duration::from_millis(400), 0.04);
 
 /// What it is at.
 enum Phase {
-    /// The camera moves; when it did so last.
+    /// The camera or a value is being moved; when it was last.
     Moving(Instant),
     /// A new picture is to be begun.
     Begin,
@@ -138,7 +65,7 @@ pub struct Engine {
     halt: Arc<Mutex<Option<Halt>>>,
     published: Arc<Published>,
     request: Request,
-    document: Document,
+    document: Arc<Mutex<Document>>,
     scene: Scene,
     gpu: Arc<Gpu>,
     integrator: Option<GpuIntegrator>,
@@ -157,6 +84,8 @@ pub struct Engine {
     /// Plans whose kernels were compiled, and the one at hand.
     plans: HashSet<String>,
     plan: String,
+    /// Whether that merges light paths.
+    merging: bool,
     progress: Option<Progress>,
     watched: Instant,
 }
@@ -169,8 +98,9 @@ impl Engine {
     pub fn new(document: Document, scene: Scene, request: Request, published: Arc<Published>) -> Result<(Self, Live)> {
         let gpu = Arc::new(Gpu::open(request.device.as_deref())?);
         let (sender, commands) = channel();
-        let (waiting, halt) = (Arc::new(AtomicUsize::new(0)), Arc::new(Mutex::new(None)));
-        let live = Live { commands: sender, waiting: waiting.clone(), halt: halt.clone() };
+        let (waiting, halt, document) =
+            (Arc::new(AtomicUsize::new(0)), Arc::new(Mutex::new(None)), Arc::new(Mutex::new(document)));
+        let live = Live { commands: sender, waiting: waiting.clone(), halt: halt.clone(), document: document.clone() };
         let rendering = Rendering::new(Film::try_new(&scene.film)?);
         let engine = Engine {
             commands,
@@ -194,6 +124,7 @@ impl Engine {
             preview: (FIRST_PREVIEW, 0),
             plans: HashSet::new(),
             plan: String::new(),
+            merging: false,
             progress: None,
             watched: Instant::now(),
         };
@@ -220,8 +151,7 @@ impl Engine {
                 Err(e) => self.fail(&e),
             }
         }
-        let provenance = self.provenance();
-        let film = self.rendering.film;
+        let (provenance, film) = (self.provenance(&self.rendering), self.rendering.film);
         ((film.batches() > 0).then_some(film), provenance)
     }
 
@@ -253,9 +183,11 @@ impl Engine {
                     self.waiting.fetch_sub(1, SeqCst);
                     Some(next)
                 }
-                (Some(Command::Edit(before, goes_on)), Command::Edit(edit, true)) if before.path == edit.path => {
+                (Some(Command::Edit { edit: before, goes_on, .. }), Command::Edit { edit, goes_on: true, is_final })
+                    if before.path == edit.path =>
+                {
                     self.waiting.fetch_sub(1, SeqCst);
-                    Some(Command::Edit(edit, goes_on))
+                    Some(Command::Edit { edit, goes_on, is_final })
                 }
                 (last, next) => {
                     last.into_iter().for_each(|command| self.take_one(command));
@@ -269,19 +201,21 @@ impl Engine {
     fn take_one(&mut self, command: Command) {
         self.waiting.fetch_sub(1, SeqCst);
         match command {
-            Command::Camera(None, _) if self.document.is_seen_from(&None) => {}
-            Command::Camera(camera, is_final) => match self.document.look(camera) {
-                Ok(sensor) => self.look(sensor, is_final),
-                Err(e) => self.refuse(&e),
-            },
-            Command::Edit(edit, goes_on) => {
-                let edited = self.document.edit(edit, goes_on);
-                self.show_scene(edited);
+            Command::Camera(None, _) if self.document().is_seen_from(&None) => {}
+            Command::Camera(camera, is_final) => {
+                let seen = self.document().look(camera);
+                match seen {
+                    Ok(sensor) => self.look(sensor, is_final),
+                    Err(e) => self.refuse(&e),
+                }
+            }
+            Command::Edit { edit, goes_on, is_final } => {
+                let edited = self.document().edit(edit, goes_on);
+                self.show_scene(edited, is_final);
             }
             Command::Undo(again) => {
-                if let Some(undone) = self.document.undo(again) {
-                    self.show_scene(undone);
-                }
+                let undone = self.document().undo(again);
+                undone.into_iter().for_each(|scene| self.show_scene(scene, true));
             }
             Command::Pause(is_paused) => {
                 self.is_paused = is_paused;
@@ -294,14 +228,14 @@ impl Engine {
             Command::Aovs => self.wants_aovs = true,
             Command::Pick(place, reply) => reply(self.pick(place)),
             Command::Save(name, reply) => {
-                let saved = self.document.save(&name);
+                let saved = self.document().save(&name);
                 reply(match saved {
                     Ok(path) => json!({"saved": path.file_name().unwrap_or_default().to_string_lossy()}),
                     Err(e) => json!({"error": e.to_string()}),
                 });
                 self.publish_document();
             }
-            Command::Json(reply) => reply(self.document.json()),
+            Command::Json(reply) => reply(self.document().json()),
             Command::Show => self.show_rendered(),
             Command::End => self.is_over = true,
         }
@@ -312,11 +246,11 @@ impl Engine {
             return;
         }
         self.watched = Instant::now();
-        if self.document.is_outdated() {
+        if self.document().is_outdated() {
             // An editor may be at it still.
             std::thread::sleep(Duration::from_millis(50));
-            let scene = self.document.reload();
-            self.show_scene(scene);
+            let scene = self.document().reload();
+            self.show_scene(scene, true);
         }
     }
 
@@ -326,14 +260,16 @@ impl Engine {
         self.publish_document();
     }
 
-    fn show_scene(&mut self, scene: Result<Scene>) {
+    fn show_scene(&mut self, scene: Result<Scene>, is_final: bool) {
         match scene {
             Ok(scene) => {
-                self.remember_guide();
+                if !matches!(self.phase, Phase::Moving(_)) {
+                    self.remember_guide();
+                }
                 self.scene = scene;
                 self.message = None;
                 (self.integrator, self.aovs, self.picker) = (None, None, None);
-                self.phase = Phase::Begin;
+                self.phase = if is_final { Phase::Begin } else { Phase::Moving(Instant::now()) };
                 self.publish_document();
             }
             Err(e) => self.refuse(&e),
@@ -347,7 +283,7 @@ impl Engine {
         self.scene.sensor = sensor;
         self.message = None;
         self.aovs = None;
-        self.phase = if is_final || self.integrator.is_none() { Phase::Begin } else { Phase::Moving(Instant::now()) };
+        self.phase = if is_final { Phase::Begin } else { Phase::Moving(Instant::now()) };
         if is_final {
             self.publish_document();
         }
@@ -362,9 +298,23 @@ impl Engine {
         }
     }
 
-    /// A new integrator, film and guide for the scene as it is: what `render` begins with.
+    fn document(&self) -> MutexGuard<'_, Document> {
+        lock(&self.document)
+    }
+
+    /// A new film for the scene as it is, looked at from where it is now.
     fn begin(&mut self) -> Result<()> {
         self.integrator = None;
+        self.phase = Phase::Render;
+        self.show_preview(STILL_PASSES)
+    }
+
+    /// A new integrator, film and guide for the scene as it is: what `render` begins with.
+    fn build(&mut self) -> Result<GpuIntegrator> {
+        if self.gpu.faults.check().is_err() {
+            // What has failed does not work again.
+            self.gpu = Arc::new(Gpu::open(self.request.device.as_deref())?);
+        }
         let plan = Plan::new(&self.scene, Techniques::default());
         let needs = format!("{:?} {:?} {}", plan.camera, plan.light, plan.constants());
         if needs != self.plan {
@@ -372,28 +322,38 @@ impl Engine {
             self.guide.clear();
         }
         self.plan.clone_from(&needs);
+        self.merging = plan.has(Feature::Merging);
         let is_new = self.plans.insert(needs);
         self.publish_status(if is_new { "compiling" } else { "preparing" });
         self.progress = None;
         self.rendering = Rendering::new(Film::try_new(&self.scene.film)?);
-        self.integrator = Some(GpuIntegrator::on(self.gpu.clone(), &self.scene, self.request.seed, plan)?);
-        self.phase = Phase::Render;
-        self.show_preview(STILL_PASSES)
+        GpuIntegrator::on(self.gpu.clone(), &self.scene, self.request.seed, plan)
     }
 
     fn show_preview(&mut self, passes: u32) -> Result<()> {
-        let Some(integrator) = &mut self.integrator else { return Ok(()) };
+        let integrator = match self.integrator.take() {
+            Some(integrator) => integrator,
+            None => self.build()?,
+        };
+        let integrator = self.integrator.insert(integrator);
         let full = f64::from(self.scene.film.width) * f64::from(self.scene.film.height);
         let pixels = self.preview.0.min(0.5 * full);
-        let begun = Instant::now();
         integrator.heed(&Halt::default());
-        let film = integrator.preview(&self.scene, pixels, passes, self.preview.1, &mut self.guide)?;
+        let preview = Preview { pixels, passes, number: self.preview.1, has_light_paths: true };
+        if self.published.pictures[0].borrow().is_none() {
+            // Something to see while the kernel of light paths is compiled.
+            let film = integrator.preview(&self.scene, Preview { has_light_paths: false, ..preview }, &mut self.guide)?;
+            self.show(film, &self.rendering, true);
+        }
+        let Some(integrator) = &mut self.integrator else { return Ok(()) };
+        let begun = Instant::now();
+        let film = integrator.preview(&self.scene, preview, &mut self.guide)?;
         let took = begun.elapsed().as_secs_f64() / f64::from(passes);
         self.preview.1 += 1;
         // What was compiled on the way says nothing about the next one.
         let change = (PREVIEW_TIME.as_secs_f64() / took.max(1e-4)).clamp(0.3, 1.4);
         self.preview.0 = (self.preview.0 * change).clamp(PREVIEW.0, PREVIEW.1);
-        self.show(film, true);
+        self.show(film, &self.rendering, true);
         self.publish_status(if matches!(self.phase, Phase::Moving(_)) { "moving" } else { "rendering" });
         Ok(())
     }
@@ -401,7 +361,7 @@ impl Engine {
     fn render(&mut self) -> Result<()> {
         let Some(mut integrator) = self.integrator.take() else { return Ok(()) };
         let halt = Halt::default();
-        *self.halt.lock().unwrap_or_else(PoisonError::into_inner) = Some(halt.clone());
+        *lock(&self.halt) = Some(halt.clone());
         integrator.heed(&halt);
         let mut rendering = std::mem::replace(&mut self.rendering, Rendering::new(Film::new(&nothing(&self.scene))));
         let stop = self.request.stop;
@@ -410,14 +370,14 @@ impl Engine {
             self.progress = Some(*progress);
             self.publish_status("rendering");
             if self.shows(begun, progress) {
-                let film = state.settled().0.film.clone();
-                self.show(film, false);
+                let rendering = state.settled().0;
+                self.show(rendering.film.clone(), rendering, false);
             }
-            let looks_at_files = self.watched.elapsed() >= WATCH && self.document.is_outdated();
+            let looks_at_files = self.watched.elapsed() >= WATCH && lock(&self.document).is_outdated();
             let is_wanted = self.waiting.load(SeqCst) > 0 || looks_at_files || self.wants_aovs && self.aovs.is_none();
             if is_wanted { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
-        *self.halt.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        *lock(&self.halt) = None;
         self.rendering = rendering;
         self.integrator = Some(integrator);
         match summary {
@@ -451,12 +411,12 @@ impl Engine {
     }
 
     fn show_film(&self) {
-        self.show(self.rendering.film.clone(), false);
+        self.show(self.rendering.film.clone(), &self.rendering, false);
     }
 
-    fn show(&self, film: Film, is_preview: bool) {
+    fn show(&self, film: Film, rendering: &Rendering, is_preview: bool) {
         let begun = Instant::now();
-        let (aovs, provenance) = (self.aovs.clone(), self.provenance());
+        let (aovs, provenance) = (self.aovs.clone(), self.provenance(rendering));
         let (name, content) = (self.scene.name.clone(), Content::Film(Box::new(film)));
         let picture = Picture { name, content, is_preview, aovs, provenance };
         self.published.pictures[0].send_replace(Some(Arc::new(picture)));
@@ -478,31 +438,18 @@ impl Engine {
     fn pick(&mut self, place: [f64; 2]) -> Value {
         let picker = self.picker.get_or_insert_with(|| Picker::new(&self.scene));
         match picker.pick(&self.scene.sensor, place) {
-            Some(met) => summary::met(&self.document.json(), &self.scene, &met),
+            Some(met) => summary::met(&self.document().json(), &self.scene, &met),
             None => json!({"nothing": true}),
         }
     }
 
-    fn provenance(&self) -> Provenance {
-        let scene = &self.scene;
-        Provenance {
-            scene: scene.name.clone(),
-            scene_hash: format!("fnv1a64:{:016x}", scene.source_hash),
-            max_depth: scene.max_depth,
-            device: self.gpu.info.to_string(),
-            seed: self.request.seed,
-            techniques: "all".into(),
-            merging: self.integrator.as_ref().is_some_and(|i| i.plan().has(crate::integrator::Feature::Merging)),
-            seconds: self.rendering.elapsed.as_secs_f64(),
-            stats: self.rendering.stats,
-            exposure: scene.film.exposure,
-            irradiance: matches!(scene.sensor, Sensor::IrradiancePlane { .. } | Sensor::IrradianceSphere { .. }),
-            film_sr: scene.sensor.optics().map(|o| o.axial),
-        }
+    fn provenance(&self, rendering: &Rendering) -> Provenance {
+        let device = self.gpu.info.to_string();
+        Provenance::of(&self.scene, rendering, device, self.merging, self.request.seed, "all".into())
     }
 
     fn publish_document(&self) {
-        let mut document = summary::of_scene(&self.document, &self.scene);
+        let mut document = summary::of_scene(&self.document(), &self.scene);
         document["message"] = json!(self.message);
         if let Some(second) = &*self.published.pictures[1].borrow() {
             document["files"] = json!([self.scene.name, second.name]);

@@ -1,6 +1,7 @@
 //! One or two spectral files, which are read anew when they change.
 
-use super::engine::{Published, file_name};
+use super::engine::file_name;
+use super::live::Published;
 use super::picture::Picture;
 use super::summary;
 use crate::error::Result;

@@ -1,6 +1,6 @@
 //! How a page wants to see a picture, and the pixels of that: by develop's own code, or as numbers in colours.
 
-use super::picture::{Content, Picture};
+use super::picture::Picture;
 use crate::color::adapt::{Method, White};
 use crate::color::chromaticity::color_of_wavelength;
 use crate::color::cie::{K_M, is_visible, xyz_of_unit};
@@ -10,7 +10,6 @@ use crate::compare::lab::{delta_e_2000, lab_of_xyz};
 use crate::develop::gamut::Gamut;
 use crate::develop::picture::{Developer, Development, Exposure, Whole};
 use crate::develop::tone::Tone;
-use crate::output::Quantity;
 use crate::spectrum::library::Observer;
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -52,9 +51,20 @@ const VIEWS: [(&str, View); 10] = [
     ("difference", View::Difference),
     ("delta-e", View::DeltaE),
 ];
-const TONES: [(&str, Tone); 4] = [("none", Tone::None), ("reinhard", Tone::Reinhard), ("aces", Tone::Aces), ("agx", Tone::AgX)];
-const GAMUTS: [(&str, Gamut); 2] = [("map", Gamut::Map), ("clip", Gamut::Clip)];
-const OBSERVERS: [(&str, Observer); 2] = [("1931", Observer::Cie1931), ("1964", Observer::Cie1964)];
+
+/// Names of all that a page may choose.
+pub fn choices() -> Value {
+    fn names<T>(table: &[(&'static str, T)]) -> Vec<&'static str> {
+        table.iter().map(|(name, _)| *name).collect()
+    }
+    json!({
+        "views": names(&VIEWS),
+        "tones": names(&Tone::NAMED),
+        // What is out of range does not get through 8 bits.
+        "gamuts": names(&Gamut::NAMED.into_iter().filter(|(_, gamut)| *gamut != Gamut::Keep).collect::<Vec<_>>()),
+        "observers": names(&Observer::NAMED),
+    })
+}
 
 /// How a page wants to see a picture.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,15 +73,15 @@ pub struct Look {
     pub view: View,
     /// The bin next to this wavelength, nm, where one is shown.
     pub nm: f64,
-    /// How its exposure is found.
-    pub exposure: Exposure,
+    /// How its exposure is found; `None`: as the picture's scene or file says ([`Picture::exposure`]), or else automatically.
+    pub exposure: Option<Exposure>,
     /// Develop's settings but for that.
     pub development: Development,
 }
 
 impl Default for Look {
     fn default() -> Self {
-        Look { view: View::Colors, nm: 550.0, exposure: Exposure::default(), development: Development::default() }
+        Look { view: View::Colors, nm: 550.0, exposure: None, development: Development::default() }
     }
 }
 
@@ -90,25 +100,21 @@ impl Look {
         Look {
             view: choice(&value["view"], &VIEWS, View::Colors),
             nm: number("nm", 550.0),
-            exposure: value["exposure"].as_str().and_then(|text| Exposure::parse(text).ok()).unwrap_or_default(),
+            exposure: value["exposure"].as_str().and_then(|text| Exposure::parse(text).ok()),
             development: Development {
-                observer: choice(&value["observer"], &OBSERVERS, Observer::Cie1931),
+                observer: choice(&value["observer"], &Observer::NAMED, Observer::Cie1931),
                 white,
                 method: Method::default(),
-                tone: choice(&value["tone"], &TONES, Tone::None),
-                gamut: choice(&value["gamut"], &GAMUTS, Gamut::Map),
+                tone: choice(&value["tone"], &Tone::NAMED, Tone::None),
+                gamut: choice(&value["gamut"], &Gamut::NAMED, Gamut::Map),
                 ..Development::default()
             },
         }
     }
 
-    /// Exposure in stops of a picture whose XYZ are these. Reflectances need none by themselves.
+    /// Exposure in stops of a picture whose XYZ are these.
     fn exposure(&self, picture: &Picture, xyz: &[[f32; 3]]) -> f64 {
-        let is_reflective = matches!(&picture.content, Content::File(image) if image.quantity == Quantity::Reflective);
-        match self.exposure {
-            Exposure::Auto { stops, .. } if is_reflective => stops,
-            exposure => exposure.of(xyz, self.development.observer),
-        }
+        self.exposure.or_else(|| picture.exposure().map(Exposure::Stops)).unwrap_or_default().of(xyz, self.development.observer)
     }
 }
 

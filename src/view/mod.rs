@@ -7,6 +7,7 @@ pub mod document;
 pub mod engine;
 mod files;
 mod frame;
+pub mod live;
 pub mod look;
 pub mod pick;
 pub mod picture;
@@ -18,7 +19,7 @@ pub use files::Files;
 
 use crate::error::{Error, Result};
 use access::Access;
-use engine::{Live, Published};
+use live::{Live, Published};
 use server::Shared;
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;

@@ -61,6 +61,14 @@ impl Picture {
         Picture { name, content, is_preview: false, aovs: None, provenance }
     }
 
+    /// The exposure that goes with it, in stops: that of its scene, or of its file.
+    pub fn exposure(&self) -> Option<f64> {
+        match &self.content {
+            Content::Film(_) => self.provenance.exposure,
+            Content::File(image) => image.own_exposure(),
+        }
+    }
+
     /// Pixels across and down.
     pub fn size(&self) -> [usize; 2] {
         match &self.content {

@@ -2,8 +2,8 @@
 
 use super::access::{Access, guard};
 use super::catalogue;
-use super::engine::{Live, Published};
 use super::frame::encode_png;
+use super::live::{Live, Published};
 use super::look::{Look, draw};
 use super::picture::{Content, Picture};
 use super::session::session;
@@ -41,9 +41,9 @@ pub fn router(shared: Shared, access: Access) -> Router {
     Router::new()
         .route("/", get(|| async { page("index.html") }))
         .route("/page/{file}", get(|Path(file): Path<String>| async move { page(&file) }))
-        .route("/data/glasses.json", get(|| async { json(catalogue::glasses().to_string()) }))
+        .route("/data/glasses.json", get(|| data(|| catalogue::glasses().to_string())))
         .route("/data/glass.json", get(|RawQuery(query): RawQuery| async move { glass(query.as_deref()) }))
-        .route("/data/colors.json", get(|| async { json(catalogue::colors().to_string()) }))
+        .route("/data/choices.json", get(|| data(|| catalogue::choices().to_string())))
         .route("/picture.png", get(picture))
         .route("/picture.exr", get(spectra))
         .route("/socket", any(socket))
@@ -64,6 +64,18 @@ fn answer(status: StatusCode, kind: &'static str, body: impl Into<Body>) -> Resp
 
 fn problem(status: StatusCode, text: String) -> Response<Body> {
     answer(status, "text/plain; charset=utf-8", text)
+}
+
+/// What takes a while to be put together.
+async fn data(make: fn() -> String) -> Response<Body> {
+    match tokio::task::spawn_blocking(make).await {
+        Ok(text) => json(text),
+        Err(_) => defect(),
+    }
+}
+
+fn defect() -> Response<Body> {
+    problem(StatusCode::INTERNAL_SERVER_ERROR, "This is a defect of Abbe: please report it.".into())
 }
 
 fn json(text: String) -> Response<Body> {
@@ -116,7 +128,7 @@ async fn picture(State(shared): State<Shared>, RawQuery(query): RawQuery) -> Res
     match drawn.await {
         Ok(Ok(png)) => answer(StatusCode::OK, "image/png", png),
         Ok(Err(text)) => problem(StatusCode::NOT_FOUND, text),
-        Err(_) => problem(StatusCode::INTERNAL_SERVER_ERROR, "This is a defect of Abbe: please report it.".into()),
+        Err(_) => defect(),
     }
 }
 
@@ -130,7 +142,7 @@ async fn spectra(State(shared): State<Shared>) -> Response<Body> {
     match written.await {
         Ok(Ok(exr)) => answer(StatusCode::OK, "image/x-exr", exr),
         Ok(Err(text)) => problem(StatusCode::NOT_FOUND, text),
-        Err(_) => problem(StatusCode::INTERNAL_SERVER_ERROR, "This is a defect of Abbe: please report it.".into()),
+        Err(_) => defect(),
     }
 }
 

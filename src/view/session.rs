@@ -1,8 +1,8 @@
 //! One page that is open: its own view, one frame on the way at a time, and what it asks for.
 
 use super::document::Edit;
-use super::engine::{Command, Reply};
 use super::frame::{encode_jpeg, encode_png, message};
+use super::live::{Command, Reply};
 use super::look::{Look, draw};
 use super::picture::{Picture, Region};
 use super::server::Shared;
@@ -141,8 +141,12 @@ impl Page {
                 }
             }
             "spectrum" => {
-                // The page may have gone.
-                let _ = replies.send(spectrum(request, shared));
+                // A mean over a large film takes its time.
+                let (request, shared, replies) = (request.clone(), shared.clone(), replies.clone());
+                tokio::task::spawn_blocking(move || {
+                    // The page may have gone.
+                    let _ = replies.send(spectrum(&request, &shared));
+                });
             }
             _ => {
                 if let (Some(live), Some(command)) = (&shared.live, command(kind, request, replies)) {
@@ -176,10 +180,8 @@ fn command(kind: &str, request: &Value, replies: &UnboundedSender<Value>) -> Opt
         "edit" => {
             let path: Vec<String> =
                 request["path"].as_array()?.iter().map(|key| key.as_str().map(str::to_string)).collect::<Option<_>>()?;
-            Command::Edit(
-                Edit { path, value: request["value"].clone() },
-                !is_final || request["goes_on"].as_bool().unwrap_or(false),
-            )
+            let goes_on = request["goes_on"].as_bool().unwrap_or(false);
+            Command::Edit { edit: Edit { path, value: request["value"].clone() }, goes_on, is_final }
         }
         "undo" => Command::Undo(false),
         "redo" => Command::Undo(true),

@@ -1,11 +1,11 @@
 //! What pages are told of a document: what there is to look at and to change, and no more.
 
-use super::document::Document;
+use super::document::{Document, get};
 use super::pick::Met;
 use super::picture::Picture;
 use crate::color::convert::srgb_encode;
 use crate::color::upsample::color_of_reflectance;
-use crate::scene::{Scene, Sensor};
+use crate::scene::{IncludedMaterial, Scene, Sensor};
 use serde_json::{Value, json};
 
 /// More lamps, or users of a material, are not listed.
@@ -20,7 +20,7 @@ pub fn of_scene(document: &Document, scene: &Scene) -> Value {
             let users = users(&json, name);
             json!({"name": name, "path": ["materials", name], "value": value, "used_by": users, "rgb": color_of(scene, i)})
         })
-        .chain(of_included(document, &json))
+        .chain(of_included(scene, &json))
         .collect();
     let lamps: Vec<Value> = shapes(&json)
         .filter(|(_, shape)| shape["emission"].is_object())
@@ -37,14 +37,21 @@ pub fn of_scene(document: &Document, scene: &Scene) -> Value {
         .take(MOST_LISTED)
         .collect();
     let (edits, undone) = document.edits();
-    let is_camera = matches!(scene.sensor, Sensor::Perspective { .. } | Sensor::Orthographic { .. });
+    let is_camera = scene.sensor.area().is_none();
+    // A lens says it by its focal length.
+    let vfov = match scene.sensor {
+        Sensor::Perspective { tan_half_vfov, .. } => Some(2.0 * tan_half_vfov.atan().to_degrees()),
+        _ => None,
+    };
     json!({
         "kind": "scene",
         "name": scene.name,
         "file": super::engine::file_name(document.path()),
         "film": {"width": scene.film.width, "height": scene.film.height},
         "camera": document.camera(scene),
+        "vfov_deg": vfov,
         "movable": is_camera,
+        "exposure": scene.film.exposure,
         "materials": materials,
         "lamps": lamps,
         "can_undo": edits > 0,
@@ -71,6 +78,7 @@ pub fn of_files(pictures: &[Picture]) -> Value {
         "files": names,
         "film": {"width": width, "height": height},
         "movable": false,
+        "exposure": pictures[0].exposure(),
         "materials": [],
         "lamps": [],
         "notes": [],
@@ -81,7 +89,9 @@ pub fn of_files(pictures: &[Picture]) -> Value {
 pub fn met(json: &Value, scene: &Scene, met: &Met) -> Value {
     let shape = &scene.shapes[met.shape];
     // The scene's materials come first, in the file's order.
-    let material = members(&json["materials"]).nth(shape.material).map(|(name, _)| name);
+    let own = members(&json["materials"]).nth(shape.material).map(|(name, _)| vec!["materials".to_string(), name.clone()]);
+    let included = || scene.included.iter().find(|m| m.material == shape.material).and_then(|m| path_of(m, json));
+    let material = own.or_else(included);
     let lamp = shapes(json).find(|(i, s)| s["emission"].is_object() && name_of(*i, s) == shape.name).map(|(i, _)| i);
     json!({
         "shape": shape.name,
@@ -123,11 +133,21 @@ fn names(value: &Value, material: &str) -> bool {
 }
 
 /// Materials of included glTF files, with what replaces them.
-fn of_included(document: &Document, json: &Value) -> Vec<Value> {
-    let names = document.included().iter().flat_map(|(i, names)| names.iter().map(move |name| (i, name)));
-    let entry = |(i, name): (&usize, &String)| {
-        let path = ["shapes", &i.to_string(), "gltf", "override", name].map(str::to_string);
-        json!({"name": name, "path": path, "value": json["shapes"][*i]["gltf"]["override"][name], "used_by": [], "included": true})
-    };
-    names.take(MOST_LISTED).map(entry).collect()
+fn of_included(scene: &Scene, json: &Value) -> Vec<Value> {
+    let mut entries: Vec<Value> = Vec::new();
+    for included in &scene.included {
+        let Some(path) = path_of(included, json) else { continue };
+        if entries.len() < MOST_LISTED && !entries.iter().any(|entry| entry["path"] == json!(path)) {
+            let (value, rgb) = (get(json, &path), color_of(scene, included.material));
+            entries
+                .push(json!({"name": included.name, "path": path, "value": value, "used_by": [], "included": true, "rgb": rgb}));
+        }
+    }
+    entries
+}
+
+/// Where the document says what replaces a material of a glTF file; `None` where it may not be edited.
+fn path_of(included: &IncludedMaterial, json: &Value) -> Option<Vec<String>> {
+    let (i, _) = shapes(json).find(|(i, _)| included.place == format!("$.shapes[{i}].gltf"))?;
+    Some(["shapes", &i.to_string(), "gltf", "override", &included.name].map(str::to_string).to_vec())
 }

@@ -43,6 +43,7 @@ pub fn scene(width: u32, height: u32, count: u32, sensor: Sensor) -> Scene {
         materials: vec![Material::Diffuse { reflectance: flat(0.5).into() }],
         thin_films: Default::default(),
         grains: Default::default(),
+        included: Default::default(),
         interiors: vec![air()],
         shapes: vec![],
         lenses: Vec::new(),

@@ -2,7 +2,7 @@
 
 use super::http::{Socket, connect, get, raw};
 use abbe::view::Server;
-use abbe::view::engine::Published;
+use abbe::view::live::Published;
 use std::io::{Read, Write};
 use std::net::Shutdown;
 use std::sync::Arc;
@@ -36,7 +36,7 @@ fn nothing_is_answered_without_the_token() {
     let own = cookie(&server);
     let name = own.split('=').next().expect("a name");
     for path in
-        ["/", "/page/main.js", "/data/glasses.json", "/data/colors.json", "/picture.png", "/picture.exr", "/socket", "/none"]
+        ["/", "/page/main.js", "/data/glasses.json", "/data/choices.json", "/picture.png", "/picture.exr", "/socket", "/none"]
     {
         assert_eq!(get(server.address, path, &[]).status, 403, "{path}");
         assert_eq!(get(server.address, path, &[("Cookie", &format!("{name}=0123"))]).status, 403, "{path}, of another session");

@@ -4,7 +4,7 @@ use super::Folder;
 use super::http::json as request;
 use base64::Engine;
 use serde_json::{Value, json};
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -134,6 +134,18 @@ impl Page {
         self.ask("POST", &format!("/element/{}/value", self.find(css)), &json!({"text": text}));
     }
 
+    /// Has `axe-core` look for what keeps people from using the page.
+    fn hold_to_axe(&self, what: &str) {
+        let packed = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/axe/axe.min.js.gz")).expect("axe-core");
+        let mut axe = String::new();
+        flate2::read::GzDecoder::new(&packed[..]).read_to_string(&mut axe).expect("text");
+        self.run(&axe);
+        let script = "const done = arguments[arguments.length - 1];
+            axe.run({resultTypes: ['violations']}).then((found) => done(found.violations.map((v) => `${v.id} (${v.impact}): ${v.nodes.map((n) => n.html).join()}`)))";
+        let found = self.ask("POST", "/execute/async", &json!({"script": script, "args": []}));
+        assert_eq!(found, json!([]), "{what}");
+    }
+
     /// Where the light on the screen lies, as a share of the picture's height.
     fn spot(&self) -> f64 {
         let script = "const c = document.getElementById('picture-0'), [w, h] = [c.width, c.height], d = c.getContext('2d').getImageData(0, 0, w, h).data;
@@ -241,11 +253,27 @@ fn session() {
     page.until("document.getElementById('name').textContent === 'another name'");
     page.settle();
 
+    // A lens has no field of view of its own, and is moved like a pinhole that sees as much.
+    let moved = "const done = arguments[arguments.length - 1]; import('/page/camera.js').then(({pan, orbit}) => {
+        const place = {eye: [0, 1, 4], target: [0, 0, 0]}, moved = (camera) => orbit(pan(camera, 0.1, 0.2, 30), 0.3, 0.1);
+        done([moved({lens: {...place, prescription: 'x'}}).lens, moved({perspective: {...place, vfov_deg: 30}}).perspective]);
+    })";
+    let moved = page.ask("POST", "/execute/async", &json!({"script": moved, "args": []}));
+    assert!(moved[0]["eye"][0].is_number() && moved[0]["eye"] == moved[1]["eye"] && moved[0]["target"] == moved[1]["target"]);
+
     // Every control has a name, in both lights.
+    page.hold_to_axe("light");
     let unnamed = page.run("return [...document.querySelectorAll('button, select, input, a')].filter((e) => !(e.textContent.trim() || e.ariaLabel || e.labels?.length)).map((e) => e.outerHTML).join()");
     assert_eq!(unnamed, "");
     page.click("#theme");
     page.shoot("other-light");
+    page.hold_to_axe("dark");
+    for (button, dialog) in [("#material-glass-glass", "glass"), ("#save", "save"), ("#help", "help")] {
+        page.click(button);
+        page.until(&format!("document.getElementById('{dialog}-dialog').open"));
+        page.hold_to_axe(dialog);
+        page.run(&format!("document.getElementById('{dialog}-dialog').close()"));
+    }
     drop(abbe);
 
     // Two files.
@@ -264,6 +292,7 @@ fn session() {
     page.run("const c = document.getElementById('picture-0'), b = c.getBoundingClientRect(); c.dispatchEvent(new PointerEvent('pointermove', {bubbles: true, clientX: b.left + b.width / 2, clientY: b.top + b.height / 2}))");
     page.until("document.querySelectorAll('#plot .curve').length === 2");
     page.shoot("files");
+    page.hold_to_axe("files");
     page.click("#sources [data-source='0']");
     page.run("const view = document.getElementById('view'); view.value = 'difference'; view.dispatchEvent(new Event('change'))");
     page.until("document.getElementById('legend-unit').textContent.startsWith('relative difference')");

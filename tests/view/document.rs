@@ -155,6 +155,26 @@ fn a_camera_of_a_lens_is_moved_with_the_film_that_it_was_made_for() {
 }
 
 #[test]
+fn files_of_a_change_that_is_taken_back_are_no_longer_watched() {
+    let folder = Folder::new("unwatched");
+    let (mut document, _) = open(&folder);
+    let paint = folder.file("paint.csv", "400 0.1\n700 0.9\n");
+    let touch = |seconds| {
+        let later = std::time::SystemTime::now() + std::time::Duration::from_secs(seconds);
+        std::fs::File::options().write(true).open(&paint).and_then(|f| f.set_modified(later)).expect("a file");
+    };
+    document.edit(edit(&["materials", "floor", "diffuse", "reflectance"], json!({"file": "paint.csv"})), false).expect("paint");
+    touch(60);
+    assert!(document.is_outdated());
+    document.undo(false).expect("one").expect("no paint");
+    assert!(!document.is_outdated(), "the file is not in the scene");
+    document.undo(true).expect("one").expect("paint");
+    assert!(!document.is_outdated(), "it was read just now");
+    touch(120);
+    assert!(document.is_outdated());
+}
+
+#[test]
 fn paths_without_end_are_refused() {
     let folder = Folder::new("deep");
     let (mut document, _) = open(&folder);

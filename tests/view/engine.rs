@@ -3,11 +3,14 @@
 use super::{Folder, SCENE};
 use abbe::film::Film;
 use abbe::gpu::Gpu;
-use abbe::integrator::{GpuIntegrator, Plan, Techniques};
+use abbe::integrator::{GpuIntegrator, Plan, Preview, Techniques};
+use abbe::output::Provenance;
 use abbe::render::{Integrator, Rendering, Stop};
 use abbe::scene::LoadOptions;
 use abbe::view::document::{Document, Edit};
-use abbe::view::engine::{Command, Engine, Live, Published, Request};
+use abbe::view::engine::{Engine, Request};
+use abbe::view::live::{Command, Live, Published};
+use abbe::view::look::{Look, draw};
 use abbe::view::picture::{Content, Picture};
 use serde_json::{Value, json};
 use std::ops::ControlFlow;
@@ -19,7 +22,7 @@ const SPP: u32 = 24;
 struct Running {
     live: Live,
     published: Arc<Published>,
-    thread: Option<std::thread::JoinHandle<(Option<Film>, abbe::output::Provenance)>>,
+    thread: Option<std::thread::JoinHandle<(Option<Film>, Provenance)>>,
 }
 
 impl Running {
@@ -69,7 +72,14 @@ fn bits(film: &Film) -> Vec<u64> {
 }
 
 fn edit(path: &[&str], value: Value) -> Command {
-    Command::Edit(Edit { path: path.iter().map(|key| key.to_string()).collect(), value }, false)
+    let path = path.iter().map(|key| key.to_string()).collect();
+    Command::Edit { edit: Edit { path, value }, goes_on: false, is_final: true }
+}
+
+/// One of many that follow each other.
+fn sliding(path: &[&str], value: Value) -> Command {
+    let Command::Edit { edit, .. } = edit(path, value) else { panic!("no edit") };
+    Command::Edit { edit, goes_on: true, is_final: false }
 }
 
 /// What `render` makes of a scene file.
@@ -97,6 +107,9 @@ fn what_is_settled_has_the_bits_of_a_render_of_the_saved_scene() {
     let camera = |x: f64| json!({"perspective": {"eye": [x, 1.5, 4], "target": [0, 0.5, 0], "vfov_deg": 30}});
     (1..8).for_each(|i| running.live.send(Command::Camera(Some(camera(0.1 * f64::from(i))), false)));
     running.live.send(Command::Camera(Some(camera(0.75)), true));
+    // As a slider does it.
+    (1..4)
+        .for_each(|i| running.live.send(sliding(&["materials", "glass", "dielectric", "ior"], json!(1.5 + 0.05 * f64::from(i)))));
     running.live.send(edit(&["materials", "glass", "dielectric", "ior"], json!("N-SF11")));
     running.live.send(edit(&["shapes", "2", "emission", "radiance", "luminous_flux_lm"], json!(150)));
     running.live.send(edit(&["materials", "floor", "diffuse", "reflectance"], json!({"srgb": [0.8, 0.6, 0.5]})));
@@ -129,6 +142,72 @@ fn what_is_settled_has_the_bits_of_a_render_of_the_saved_scene() {
     assert_eq!(bits(&running.end().expect("a film")), bits(&again));
 }
 
+/// A square before the camera, of a material of its own.
+const SQUARE: &str = r#"{
+    "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+    "materials": [{"name": "Other"}, {"name": "Paint"}],
+    "meshes": [{"name": "square", "primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 1}]}],
+    "buffers": [{"byteLength": 60, "uri": "data:application/octet-stream;base64,AACAvwAAgL8AAAAAAACAPwAAgL8AAAAAAACAPwAAgD8AAAAAAACAvwAAgD8AAAAAAAABAAIAAAACAAMA"}],
+    "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
+    "accessors": [
+        {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-1, -1, 0], "max": [1, 1, 0]},
+        {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}
+    ]
+}"#;
+
+#[test]
+fn a_click_on_a_gltf_file_finds_what_to_replace_its_material_by() {
+    let folder = Folder::new("click");
+    folder.file("square.gltf", SQUARE);
+    let scene = json!({
+        "camera": {"perspective": {"eye": [0, 0, 4], "target": [0, 0, 0], "vfov_deg": 20}},
+        "materials": {"floor": {"diffuse": {"reflectance": 0.5}}},
+        "shapes": [
+            {"quad": {"corner": [-9, -9, -1], "edge_u": [18, 0, 0], "edge_v": [0, 18, 0]}, "material": "floor"},
+            {"gltf": {"file": "square.gltf"}}
+        ],
+        "lights": [{"constant": {"radiance": 1}}]
+    });
+    let path = folder.file("scene.json", &scene.to_string());
+    let (document, scene) = Document::open(&path, LoadOptions::default()).expect("a scene");
+    let published = Arc::new(Published::default());
+    let request = Request { device: None, seed: 0, stop: Stop::default() };
+    let (engine, live) = Engine::new(document.clone(), scene, request, published.clone()).expect("an adapter");
+    let (sender, picked) = std::sync::mpsc::channel();
+    live.send(Command::Pick([0.5, 0.5], Box::new(move |found| sender.send(found).expect("a listener"))));
+    live.send(Command::End);
+    // It ends before it has rendered.
+    engine.run();
+    let found = picked.recv().expect("an answer");
+    assert_eq!(found["material"], json!(["shapes", "1", "gltf", "override", "Paint"]));
+    let materials = published.document.borrow()["materials"].clone();
+    let paths: Vec<&Value> = materials.as_array().expect("a list").iter().map(|m| &m["path"]).collect();
+    assert_eq!(paths, [&json!(["materials", "floor"]), &found["material"]], "the one that is in use");
+    // It can be edited there, and is found there then.
+    let steps: Vec<String> = serde_json::from_value(found["material"].clone()).expect("keys");
+    let mut document = document;
+    let edit = Edit { path: steps, value: json!({"dielectric": {"ior": "N-SF11"}}) };
+    let scene = document.edit(edit, false).expect("another material");
+    assert!(matches!(scene.materials[scene.included[0].material], abbe::scene::Material::Dielectric { .. }));
+}
+
+#[test]
+fn a_picture_is_exposed_as_its_scene_says() {
+    let scene = json!({
+        "film": {"width": 2, "height": 2, "exposure": -3.5},
+        "camera": {"perspective": {"eye": [0, 0, 4], "target": [0, 0, 0], "vfov_deg": 20}},
+        "lights": [{"constant": {"radiance": 1}}]
+    });
+    let scene =
+        abbe::scene::load_str(&scene.to_string(), "scene".as_ref(), ".".as_ref(), &LoadOptions::default()).expect("a scene");
+    let content = Content::Film(Box::new(Film::new(&scene.film)));
+    let provenance = Provenance { exposure: scene.film.exposure, ..Provenance::default() };
+    let picture = Picture { name: String::new(), content, is_preview: false, aovs: None, provenance };
+    let exposure = |look: Value| draw(&Look::of_json(&look), &picture, None).expect("pixels").about["exposure"].clone();
+    assert_eq!(exposure(json!({})), -3.5);
+    assert_eq!(exposure(json!({"exposure": "2"})), 2.0);
+}
+
 #[test]
 fn a_preview_leaves_the_render_as_it_was() {
     let folder = Folder::new("preview");
@@ -141,7 +220,10 @@ fn a_preview_leaves_the_render_as_it_was() {
         let mut film = Film::new(&scene.film);
         let mut guide = Vec::new();
         let mut preview = |integrator: &mut GpuIntegrator, number| {
-            looks.then(|| integrator.preview(&scene, 300.0, 2, number, &mut guide).expect("a preview"))
+            looks.then(|| {
+                let wanted = Preview { pixels: 300.0, passes: 2, number, has_light_paths: number != 2 };
+                integrator.preview(&scene, wanted, &mut guide).expect("a preview")
+            })
         };
         let first = preview(&mut integrator, 0);
         for index in 0..3 {

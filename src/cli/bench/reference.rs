@@ -2,7 +2,6 @@
 
 use super::Args;
 use crate::cli::print::{note, percent};
-use crate::cli::render::sensor_area;
 use crate::cli::{device, interrupt, progress::Bar};
 use crate::color::bins::bin_weights;
 use crate::compare::difference::{self, Measurement};
@@ -110,20 +109,7 @@ pub fn make(args: &Args, folder: &Path, path: &Path, scene: &Scene) -> Result<()
     });
     bar.clear();
     let progress = summary?.progress;
-    let origin = Provenance {
-        scene: scene.name.clone(),
-        scene_hash: format!("fnv1a64:{:016x}", scene.source_hash),
-        max_depth: scene.max_depth,
-        device: device.name,
-        seed,
-        techniques: args.techniques.to_string(),
-        merging: device.merging,
-        seconds: progress.elapsed.as_secs_f64(),
-        stats: progress.stats,
-        exposure: scene.film.exposure,
-        irradiance: sensor_area(&scene.sensor).is_some(),
-        film_sr: scene.sensor.optics().map(|o| o.axial),
-    };
+    let origin = Provenance::of(scene, &rendering, device.name, device.merging, seed, args.techniques.to_string());
     write_exr(&file, &rendering.film, &origin, Aovs { errors: true, ..Aovs::default() })?;
     note(&format!(
         "{}: {} samples per pixel, estimated error {}",

@@ -15,7 +15,7 @@ use crate::scene::json::Node;
 use crate::scene::json::files::Files;
 use crate::scene::json::load::Loader;
 use crate::scene::mesh::volume;
-use crate::scene::{Geometry, Mesh, Shape};
+use crate::scene::{Geometry, IncludedMaterial, Mesh, Shape};
 use glam::{DMat4, DVec2};
 use gltf::{Primitive, Semantic};
 use serde_json::{Map, Value};
@@ -71,7 +71,9 @@ impl<'a> Document<'a> {
         let (asset, textures) = (&self.asset, Textures::new(&self.asset, &root, &self.files));
         let all = nodes(loader, asset, &root, world)?;
         let worlds = worlds(&all);
-        let mut part = Part { loader, asset, root: &root, textures, overrides: &overrides, known: &mut self.known, flat: 0 };
+        let place = said.map(|node| node.path.clone());
+        let mut part =
+            Part { loader, asset, root: &root, place, textures, overrides: &overrides, known: &mut self.known, flat: 0 };
         let mut lights = Vec::new();
         for placed in &all {
             part.mesh(placed, &worlds)?;
@@ -105,6 +107,8 @@ struct Part<'r, 'd, 'a> {
     loader: &'r mut Loader,
     asset: &'d Asset,
     root: &'r Node<'d>,
+    /// Where a scene includes it.
+    place: Option<String>,
     textures: Textures<'r>,
     overrides: &'r Overrides<'a>,
     known: &'r mut Known,
@@ -175,6 +179,10 @@ impl<'d> Part<'_, 'd, '_> {
         let given = index.and_then(|i| self.overrides.material(i));
         let look = material(self.loader, &mut self.textures, &node, given, solid, coloured)?;
         let lost = if given.is_none() { properties::of_material(&node) } else { Vec::new() };
+        if let (Some(place), Some(name)) = (&self.place, node.get("name").and_then(|n| n.value.as_str())) {
+            let included = IncludedMaterial { place: place.clone(), name: name.into(), material: look.material };
+            self.loader.scene.included.push(included);
+        }
         for note in std::mem::take(&mut self.textures.notes).into_iter().chain(lost) {
             self.note(&note);
         }

@@ -123,6 +123,7 @@ impl Loader {
             materials: Vec::new(),
             thin_films: BTreeMap::new(),
             grains: BTreeMap::new(),
+            included: Vec::new(),
             interiors: Vec::new(),
             shapes: Vec::<Shape>::new(),
             lenses: Vec::new(),

@@ -42,11 +42,11 @@ export function orbit(camera, dx, dy) {
   return changed(camera, { eye: rounded(add(old.target, swung)) });
 }
 
-/// By shares of the picture's height.
-export function pan(camera, dx, dy) {
+/// By shares of the picture's height, seen under so many degrees.
+export function pan(camera, dx, dy, vfov) {
   const [, old] = inner(camera);
   const { away, right, above } = frame(old);
-  const size = old.height ?? 2 * norm(away) * Math.tan((old.vfov_deg * Math.PI) / 360);
+  const size = old.height ?? 2 * norm(away) * Math.tan((vfov * Math.PI) / 360);
   const way = add(right.map((v) => -dx * size * v), above, dy * size);
   return changed(camera, { eye: rounded(add(old.eye, way)), target: rounded(add(old.target, way)) });
 }

@@ -3,10 +3,11 @@
 import { $, figure, h, s, ticks } from "./dom.js";
 
 let all = null, found = [], chosen = null, use = null, now = null;
-// The corner of the diagram that most glasses are in; others are held at its rim.
+// The corner of the diagram that most glasses are in; others are in the list alone.
 const VD = [110, 10], ND = [1.3, 2.2];
-const x = (vd) => 40 + ((VD[0] - Math.min(VD[0], Math.max(VD[1], vd))) / (VD[0] - VD[1])) * 410;
-const y = (nd) => 345 - ((Math.min(ND[1], Math.max(ND[0], nd)) - ND[0]) / (ND[1] - ND[0])) * 335;
+const x = (vd) => 40 + ((VD[0] - vd) / (VD[0] - VD[1])) * 410;
+const y = (nd) => 345 - ((nd - ND[0]) / (ND[1] - ND[0])) * 335;
+const isDrawn = ([, nd, vd]) => nd >= ND[0] && nd <= ND[1] && vd <= VD[0] && vd >= VD[1];
 
 export async function choose(name, act) {
   all ??= await (await fetch("/data/glasses.json")).json();
@@ -34,13 +35,13 @@ function diagram() {
     ...ticks(ND[0], ND[1], 8).map((n) => s("g", {}, s("line", { class: "gridline", x1: 40, x2: 450, y1: y(n), y2: y(n) }), s("text", { x: 35, y: y(n) + 3, "text-anchor": "end" }, n.toFixed(1)))),
     s("text", { x: 450, y: 374, "text-anchor": "end" }, "Abbe number V_d"), s("text", { x: 44, y: 20 }, "n_d"),
   ];
-  const dots = (list, cls) => s("path", { class: cls, d: list.map(([, nd, vd]) => `M${(x(vd) - 1.6).toFixed(1)} ${y(nd).toFixed(1)}a1.6 1.6 0 1 0 3.2 0a1.6 1.6 0 1 0-3.2 0`).join("") });
+  const dots = (list, cls) => s("path", { class: cls, d: list.filter(isDrawn).map(([, nd, vd]) => `M${(x(vd) - 1.6).toFixed(1)} ${y(nd).toFixed(1)}a1.6 1.6 0 1 0 3.2 0a1.6 1.6 0 1 0-3.2 0`).join("") });
   $("abbe-diagram").replaceChildren(...grid, dots(all, "dot"), isSearch ? dots(found, "dot found") : "", s("g", { id: "abbe-marks" }));
   mark();
 }
 
 function mark() {
-  const ring = (glass, cls) => glass && s("circle", { class: cls, cx: x(glass[2]), cy: y(glass[1]), r: 6 });
+  const ring = (glass, cls) => glass && isDrawn(glass) && s("circle", { class: cls, cx: x(glass[2]), cy: y(glass[1]), r: 6 });
   $("abbe-marks").replaceChildren(...[ring(now, "now"), ring(chosen, "chosen")].filter(Boolean));
 }
 
@@ -93,7 +94,7 @@ export function begin() {
     const box = $("abbe-diagram").getBoundingClientRect();
     const scale = 460 / box.width;
     const [cx, cy] = [(event.clientX - box.left) * scale, (event.clientY - box.top) * scale];
-    const near = found.map((glass) => [Math.hypot(x(glass[2]) - cx, y(glass[1]) - cy), glass]).reduce((a, b) => (b[0] < a[0] ? b : a), [Infinity, null]);
+    const near = found.filter(isDrawn).map((glass) => [Math.hypot(x(glass[2]) - cx, y(glass[1]) - cy), glass]).reduce((a, b) => (b[0] < a[0] ? b : a), [Infinity, null]);
     if (near[0] < 25) pick(near[1]);
   });
 }

@@ -5,14 +5,21 @@ import { send } from "./link.js";
 import { unitText } from "./spectrum.js";
 
 export const look = { view: "colors", nm: 550, auto: true, stops: 0, tone: "none", gamut: "map", white: null, observer: "1931" };
-export const VIEWS = [["colors", "Colours"], ["bin", "One wavelength"], ["luminance", "Luminance"], ["error", "Relative error"], ["samples", "Samples"], ["depth", "Depth"], ["normal", "Normals"], ["albedo", "Albedo"]];
-const COMPARE = [["difference", "Difference"], ["delta-e", "ΔE 2000"]];
-let sources = { source: 0, both: false };
+/// Views of one picture, by the keys from 1 on.
+export let views = [];
+/// Those of two, and those that a file has not.
+const COMPARE = ["difference", "delta-e"], RENDERED = ["samples"];
+/// What names are to people; others are shown as they are.
+const TEXTS = {
+  colors: "Colours", bin: "One wavelength", luminance: "Luminance", error: "Relative error", depth: "Depth", normal: "Normals", albedo: "Albedo", samples: "Samples", difference: "Difference", "delta-e": "ΔE 2000",
+  none: "None", reinhard: "Reinhard", aces: "ACES", agx: "AgX", map: "Keep hue and lightness", clip: "Clip", 1931: "CIE 1931, 2°", 1964: "CIE 1964, 10°",
+};
+let sources = { source: 0, both: false }, isOwnExposure = true;
 
-/// As the server reads it: the exposure as `develop` does.
+/// As the server reads it: the exposure as `develop` does; that of the scene or file until it is changed here.
 export function told() {
   const { auto, stops, ...rest } = look;
-  return { ...rest, exposure: auto ? `auto${stops < 0 ? "" : "+"}${stops}` : String(stops) };
+  return { ...rest, exposure: isOwnExposure ? null : auto ? `auto${stops < 0 ? "" : "+"}${stops}` : String(stops) };
 }
 
 export function tell() {
@@ -25,6 +32,7 @@ export function setSources(next) {
 }
 
 export function set(change) {
+  if ("auto" in change || "stops" in change) isOwnExposure = false;
   Object.assign(look, change);
   refresh();
   tell();
@@ -32,8 +40,10 @@ export function set(change) {
 
 const out = (id) => $(`${id}-out`);
 const option = ([value, text]) => h("option", { value }, text);
+const named = (names) => names.map((name) => [name, TEXTS[name] ?? name]);
 
-export function begin() {
+export function begin(choices) {
+  views = choices.views.filter((view) => !COMPARE.includes(view));
   const select = (id, text, options, act) => {
     const element = h("select", { id }, ...options.map(option));
     element.addEventListener("change", () => act(element.value));
@@ -51,23 +61,23 @@ export function begin() {
   });
   const kelvins = [2700, 3200, 4000, 5000, 5500, 6500, 7500, 9300].map((k) => [String(k), `${k} K`]);
   $("view-controls").append(
-    select("view", "Show", VIEWS, (view) => set({ view })),
+    select("view", "Show", named(views), (view) => set({ view })),
     range("nm", "Wavelength", { min: 380, max: 780, step: 1 }, (nm) => set({ nm })),
     range("stops", "Exposure", { min: -12, max: 12, step: 0.1 }, (stops) => set({ stops })),
     h("div", { class: "field", id: "auto-row" }, h("label", { for: "auto" }, "Automatic"), auto, h("output", { id: "exposure-now" })),
-    select("tone", "Tone curve", [["none", "None"], ["reinhard", "Reinhard"], ["aces", "ACES"], ["agx", "AgX"]], (tone) => set({ tone })),
+    select("tone", "Tone curve", named(choices.tones), (tone) => set({ tone })),
     select("white", "White", [["", "D65"], ["A", "A"], ["D50", "D50"], ["D75", "D75"], ["E", "E"], ["FL2", "FL2"], ["FL11", "FL11"], ...kelvins], (value) => set({ white: value === "" ? null : /^\d+$/.test(value) ? Number(value) : value })),
-    select("gamut", "Gamut", [["map", "Keep hue and lightness"], ["clip", "Clip"]], (gamut) => set({ gamut })),
-    select("observer", "Observer", [["1931", "CIE 1931, 2°"], ["1964", "CIE 1964, 10°"]], (observer) => set({ observer })),
+    select("gamut", "Gamut", named(choices.gamuts), (gamut) => set({ gamut })),
+    select("observer", "Observer", named(choices.observers), (observer) => set({ observer })),
   );
   refresh();
 }
 
 export function setDocument(document_) {
-  const two = document_.files?.length > 1 || document_.second;
-  const usual = document_.kind === "files" ? VIEWS.filter(([view]) => view !== "samples") : VIEWS;
-  const options = [...usual, ...(two ? COMPARE : [])];
-  if ($("view").options.length !== options.length) $("view").replaceChildren(...options.map(option));
+  const usual = document_.kind === "files" ? views.filter((view) => !RENDERED.includes(view)) : views;
+  const options = [...usual, ...(document_.files?.length > 1 ? COMPARE : [])];
+  if ($("view").options.length !== options.length) $("view").replaceChildren(...named(options).map(option));
+  if (isOwnExposure) Object.assign(look, { auto: document_.exposure === null, stops: document_.exposure ?? 0 });
   refresh();
 }
 
@@ -76,6 +86,9 @@ export function setBins(edges) {
 }
 
 function refresh() {
+  // By itself around that of the picture, or around none.
+  const [least, most] = look.auto ? [-12, 12] : [Math.min(-16, Math.floor(look.stops)), Math.max(16, Math.ceil(look.stops))];
+  [$("stops").min, $("stops").max] = [least, most];
   for (const key of ["view", "nm", "stops", "tone", "gamut", "observer"]) $(key).value = look[key];
   const isDeveloped = ["colors", "bin", "delta-e"].includes(look.view);
   $("nm").closest(".field").hidden = look.view !== "bin";

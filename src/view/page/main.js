@@ -76,6 +76,7 @@ on("document", ({ document: next }) => {
   viewport.setFilm(doc.film);
   view.movable = doc.movable;
   document.querySelectorAll("canvas").forEach((canvas) => canvas.classList.toggle("movable", doc.movable));
+  view.vfov = doc.vfov_deg;
   if (doc.camera && !view.isMoving) view.camera = doc.camera;
   $("undo").disabled = !doc.can_undo;
   $("redo").disabled = !doc.can_redo;
@@ -142,9 +143,9 @@ on("closed", () => { $("phase").textContent = "Not connected"; $("phase").classN
 on("picked", (found) => {
   if (purpose === "focus" && found.at && view.movable) viewport.move(cam.focus(view.camera, found.at), true);
   if (purpose === "select") {
-    scene.select(found.lamp ?? (found.material ? ["materials", found.material] : null));
+    scene.select(found.lamp ?? found.material);
     $("reveal").hidden = !(found.lamp || found.material);
-    $("reveal").textContent = found.lamp ? found.shape : `${found.material} ›`;
+    $("reveal").textContent = found.lamp ? `${found.shape} ›` : `${found.material?.at(-1)} ›`;
   }
   purpose = null;
 });
@@ -196,8 +197,8 @@ on("saved", ({ saved, error }) => { $("save-result").textContent = error ?? `Sav
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]") || event.target.matches("input, select, textarea")) return;
   const key = event.key.toLowerCase();
-  const views = looks.VIEWS[Number(key) - 1];
-  if (views) looks.set({ view: views[0] });
+  const wanted = looks.views[Number(key) - 1];
+  if (wanted) looks.set({ view: wanted });
   else if (key === "?") $("help").click();
   else if (key === "p" && doc?.kind === "scene") $("pause").click();
   else if (key === "z") $("undo").click();
@@ -219,7 +220,9 @@ viewport.begin({
   focus: (x, y) => pick("focus", x, y),
   moved: (camera) => { const place = $("camera-json"); if (place && $("camera-section").open) place.textContent = JSON.stringify(camera, null, 1); },
 });
-looks.begin();
+const choices = await (await fetch("/data/choices.json")).json();
+looks.begin(choices.look);
+spectrum.begin(choices);
 glass.begin();
-scene.begin(await spectrum.begin());
+scene.begin(choices);
 connect();

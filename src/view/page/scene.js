@@ -14,7 +14,7 @@ export function begin(found) {
 const edits = paced(60, (path, value, isFinal) => send({ type: "edit", path, value, final: isFinal, goes_on: true }));
 let fresh = true;
 function edit(path, value, isFinal) {
-  if (fresh) send({ type: "edit", path, value, final: true });
+  if (fresh) send({ type: "edit", path, value, final: isFinal });
   else edits(path, value, isFinal);
   fresh = isFinal;
 }

@@ -5,13 +5,12 @@ import { $, download, encode, figure, h, hex, s, ticks } from "./dom.js";
 const SIZE = [320, 190], LEFT = 40, RIGHT = 8, TOP = 10, BOTTOM = 24;
 let colors = null, shown = [null, null];
 
-export async function begin() {
-  colors = await (await fetch("/data/colors.json")).json();
+export function begin(found) {
+  colors = found;
   const gradient = s("linearGradient", { id: "visible", gradientUnits: "userSpaceOnUse", y1: 0, y2: 0 });
   $("plot").append(s("defs", {}, gradient), s("g", { id: "plot-content" }));
   chart();
   draw();
-  return colors;
 }
 
 /// Shows what the server has found for a source, or nothing.

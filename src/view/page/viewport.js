@@ -5,7 +5,9 @@ import { send } from "./link.js";
 import * as cam from "./camera.js";
 
 export const state = {
-  movable: false, isRectangle: false, camera: null, isMoving: false,
+  movable: false, isRectangle: false, isMoving: false,
+  /// The camera as a scene file has it, and the degrees that it sees from bottom to top.
+  camera: null, vfov: null,
   /// The probe, as shares of width and height: a place or a rectangle; pinned or under the mouse.
   place: null, pinned: null,
 };
@@ -134,7 +136,7 @@ function listen(frame, canvas) {
     drag.moved = true;
     canvas.classList.add("moving");
     if (drag.kind === "rectangle") setPlace([drag.x, drag.y, x, y], true);
-    else if (drag.kind === "pan") move(cam.pan(drag.camera, dx / canvas.clientHeight, dy / canvas.clientHeight), false);
+    else if (drag.kind === "pan") move(cam.pan(drag.camera, dx / canvas.clientHeight, dy / canvas.clientHeight, state.vfov), false);
     else move(cam.orbit(drag.camera, (dx / canvas.clientHeight) * 3.2, (dy / canvas.clientHeight) * 3.2), false);
   });
   const end = (event) => {
@@ -168,7 +170,7 @@ function listen(frame, canvas) {
       setPlace([...next, ...next], true);
     } else if (arrow) {
       const [dx, dy] = arrow.map((v) => v * 0.06);
-      moveAndRest(event.shiftKey ? cam.pan(state.camera, -dx, -dy) : cam.orbit(state.camera, dx, dy));
+      moveAndRest(event.shiftKey ? cam.pan(state.camera, -dx, -dy, state.vfov) : cam.orbit(state.camera, dx, dy));
     } else if (state.movable && (event.key === "+" || event.key === "=" || event.key === "-")) {
       moveAndRest(cam.zoom(state.camera, event.key === "-" ? 1.12 : 1 / 1.12));
     } else if (event.key === "Enter" && (state.pinned ?? state.place)) {
