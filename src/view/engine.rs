@@ -315,6 +315,8 @@ impl Engine {
             // What has failed does not work again.
             self.gpu = Arc::new(Gpu::open(self.request.device.as_deref())?);
         }
+        // What the last one had on the device is given back before there is more.
+        self.gpu.wait()?;
         let plan = Plan::new(&self.scene, Techniques::default());
         let needs = format!("{:?} {:?} {}", plan.camera, plan.light, plan.constants());
         if needs != self.plan {

@@ -20,12 +20,21 @@ export async function choose(name, act) {
   $("glass-search").focus();
 }
 
+// What people call glasses, as the diagram has been divided since Schott, and the usual one of each kind.
+const isCrown = ([, nd, vd]) => vd >= (nd < 1.6 ? 55 : 50);
+const KINDS = { crown: [isCrown, "N-BK7"], flint: [(glass) => !isCrown(glass), "F2"] };
+
 function search() {
   const words = $("glass-search").value.toLowerCase().split(/\s+/).filter(Boolean);
-  found = all.filter(([name]) => words.every((word) => name.toLowerCase().includes(word)));
+  const fits = (glass, word) => glass[0].toLowerCase().includes(word) || KINDS[word]?.[0](glass);
+  const begins = ([name]) => name.toLowerCase().startsWith(words[0]) || name === KINDS[words[0]]?.[1];
+  const fitting = all.filter((glass) => words.every((word) => fits(glass, word)));
+  found = words.length ? [...fitting.filter(begins), ...fitting.filter((glass) => !begins(glass))] : fitting;
   $("glass-count").textContent = `${found.length} of ${all.length}`;
   $("glass-list").replaceChildren(...found.slice(0, 400).map(([name, nd, vd], i) => h("li", { role: "option", id: `glass-${i}`, "data-name": name, "aria-selected": chosen?.[0] === name }, h("span", {}, name), h("span", {}, `${nd.toFixed(4)}  ${vd.toFixed(1)}`))));
   diagram();
+  // What is typed is meant: Enter takes the first.
+  if (words.length && !found.includes(chosen)) pick(found[0] ?? null);
 }
 
 function diagram() {
@@ -83,7 +92,6 @@ export function begin() {
       pick(list[Math.min(list.length - 1, Math.max(0, place + step))] ?? null);
     } else if (event.key === "Enter") {
       event.preventDefault();
-      if (!chosen && found.length) pick(found[0]);
       accept();
     }
   };

@@ -9,7 +9,7 @@ import * as scene from "./scene.js";
 import * as glass from "./glass.js";
 import * as cam from "./camera.js";
 
-let doc = null, status = {}, mode = "0", flicker = null, purpose = null;
+let doc = null, status = {}, mode = "0", flicker = null, purpose = null, isUnseen = false;
 const probe = { place: null, outstanding: [false, false], again: [false, false], id: 0 };
 const view = viewport.state;
 
@@ -93,11 +93,14 @@ on("document", ({ document: next }) => {
   if (doc.message) toast(doc.message);
 });
 
+/// As people write it: points in a line.
+const written = (camera) => JSON.stringify(camera, null, 1).replace(/\[[^[\]{}]*\]/g, (list) => list.replace(/\s+/g, " ").replace("[ ", "[").replace(" ]", "]"));
+
 function showCamera(camera) {
   if (!camera) return;
   const copy = h("button", { type: "button", onclick: async () => { await navigator.clipboard.writeText(JSON.stringify({ camera: view.camera })); toast("The camera is copied, as a scene file has it."); } }, "Copy as JSON");
   const reset = h("button", { type: "button", onclick: resetCamera }, "Reset");
-  $("camera").replaceChildren(h("pre", { class: "json", id: "camera-json", tabindex: 0 }, JSON.stringify(camera, null, 1).replace(/\n\s+(-?[\d.e-]+,?)(?=\n)/g, " $1")), h("div", { class: "row" }, copy, reset));
+  $("camera").replaceChildren(h("pre", { class: "json", id: "camera-json", tabindex: 0 }, written(camera)), h("div", { class: "row" }, copy, reset));
 }
 
 function resetCamera() {
@@ -133,10 +136,12 @@ on("status", ({ status: next }) => {
 on("frame", (head, picture) => {
   viewport.paint(head.source, head, picture);
   $("empty").hidden = true;
+  if (isUnseen) $("toast").hidden = true;
+  isUnseen = false;
   if (head.source === sources()[0]) looks.setFrame(head);
   if (probe.place) ask();
 });
-on("unseen", ({ text }) => toast(text));
+on("unseen", ({ text }) => { toast(text); isUnseen = true; });
 on("open", () => { looks.tell(); $("empty").textContent = "Loading the scene…"; });
 on("closed", () => { $("phase").textContent = "Not connected"; $("phase").className = "phase"; document.body.dataset.phase = "closed"; });
 
@@ -218,7 +223,7 @@ viewport.begin({
   probe: setProbe,
   select: (x, y) => pick("select", x, y),
   focus: (x, y) => pick("focus", x, y),
-  moved: (camera) => { const place = $("camera-json"); if (place && $("camera-section").open) place.textContent = JSON.stringify(camera, null, 1); },
+  moved: (camera) => { const place = $("camera-json"); if (place && $("camera-section").open) place.textContent = written(camera); },
 });
 const choices = await (await fetch("/data/choices.json")).json();
 looks.begin(choices.look);

@@ -1,6 +1,6 @@
 // The spectrum under the probe: curve, error, colours below it, numbers, and its place in the CIE diagram.
 
-import { $, download, encode, figure, h, hex, s, ticks } from "./dom.js";
+import { $, download, encode, figure, h, hex, s, superscript, ticks } from "./dom.js";
 
 const SIZE = [320, 190], LEFT = 40, RIGHT = 8, TOP = 10, BOTTOM = 24;
 let colors = null, shown = [null, null];
@@ -70,7 +70,6 @@ function draw() {
   $("csv").disabled = found.length === 0;
 }
 
-const superscript = (n) => [...String(n)].map((c) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[c] ?? "⁻").join("");
 export const unitText = (unit) => unit.replace(/\^(-?\d+)/g, (_, n) => superscript(n));
 
 function numbers(found) {
