@@ -80,10 +80,10 @@ pub struct Live {
 /// Whether a change of the document comes to something.
 type Trial = Box<dyn FnOnce(&mut Document) -> bool + Send>;
 
-impl Live {
-    /// Hands a command over. One that changes what is to be rendered ends the batch under way, as soon as it is known to come to something.
-    pub fn send(&self, command: Command) {
-        let trial: Option<Trial> = match &command {
+impl Command {
+    /// What finds out whether there is something else to render after it, for those that may change that.
+    fn trial(&self) -> Option<Trial> {
+        match self {
             Command::Camera(Some(_), _) | Command::End => Some(Box::new(|_| true)),
             Command::Camera(None, _) => Some(Box::new(|document| !document.is_seen_from(&None))),
             Command::Edit { edit, goes_on, .. } => {
@@ -95,7 +95,14 @@ impl Live {
                 Some(Box::new(move |document| document.undo(again).is_some_and(|scene| scene.is_ok())))
             }
             _ => None,
-        };
+        }
+    }
+}
+
+impl Live {
+    /// Hands a command over. One that changes what is to be rendered ends the batch under way, as soon as it is known to come to something.
+    pub fn send(&self, command: Command) {
+        let trial = command.trial();
         let halt = lock(&self.halt).clone();
         self.waiting.fetch_add(1, SeqCst);
         // An engine that has ended takes none.
@@ -130,4 +137,25 @@ impl Live {
 /// What nobody leaves half changed.
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::LoadOptions;
+    use std::path::Path;
+
+    #[test]
+    fn only_what_comes_to_something_ends_a_batch() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/starter.json");
+        let (mut document, _) = Document::open(&path, LoadOptions::default()).unwrap();
+        let glass = |name: &str| {
+            let path = ["materials", "flint", "dielectric", "ior"].map(str::to_string).to_vec();
+            Command::Edit { edit: Edit { path, value: json!(name) }, goes_on: false, is_final: true }
+        };
+        let mut ends = |command: Command| command.trial().is_some_and(|trial| trial(&mut document));
+        assert!(!ends(glass("no glass")) && !ends(Command::Undo(false)) && !ends(Command::Camera(None, true)));
+        assert!(!ends(Command::Show) && !ends(Command::Undo(true)));
+        assert!(ends(glass("N-BK7")) && ends(Command::Undo(false)) && ends(Command::Undo(true)) && ends(Command::End));
+    }
 }

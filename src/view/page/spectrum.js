@@ -2,7 +2,7 @@
 
 import { $, download, encode, figure, h, hex, s, superscript, ticks } from "./dom.js";
 
-const SIZE = [320, 190], LEFT = 40, RIGHT = 8, TOP = 10, BOTTOM = 24;
+const SIZE = [320, 190], LEFT = 40, RIGHT = 8, TOP = 18, BOTTOM = 24;
 let colors = null, shown = [null, null];
 
 export function begin(found) {
@@ -59,7 +59,7 @@ function draw() {
   parts.push(s("polyline", { class: "axis", points: `${LEFT},${TOP} ${LEFT},${SIZE[1] - BOTTOM} ${SIZE[0] - RIGHT},${SIZE[1] - BOTTOM}` }));
   const unit = found[0] ? unitText(found[0].unit) : "";
   const factor = usual ? `10${superscript(usual)} ` : "";
-  parts.push(s("text", { x: LEFT + 6, y: TOP + 8 }, found[0] ? `${factor}${unit}` : ""), s("text", { x: SIZE[0] - RIGHT, y: SIZE[1] - 1, "text-anchor": "end" }, "nm"));
+  parts.push(s("text", { x: LEFT, y: 11 }, found[0] ? `${factor}${unit}` : ""), s("text", { x: SIZE[0] - RIGHT, y: SIZE[1] - 1, "text-anchor": "end" }, "nm"));
   const gradient = $("visible");
   gradient.setAttribute("x1", x(lo));
   gradient.setAttribute("x2", x(hi));
