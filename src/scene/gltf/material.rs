@@ -8,11 +8,12 @@ use crate::error::Result;
 use crate::scene::gltf::texture::{Textures, Use, UvSets};
 use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
-use crate::scene::roughness::Roughness;
-use crate::scene::texture::Texels;
-use crate::scene::{Emission, Interior, Material, Texture};
+use crate::scene::roughness::{self, Roughness};
+use crate::scene::texture::{ImageTexture, Texels};
+use crate::scene::{CoatNormals, Emission, Interior, Material, Texture};
 use crate::spectrum::library::Observer;
-use crate::spectrum::{Ior, Spectrum};
+use crate::spectrum::{Ior, LINE_D_NM, Spectrum};
+use std::sync::Arc;
 
 mod levels;
 mod paint;
@@ -47,6 +48,7 @@ const SLOTS: &[&str] = &[
     "diffuseTransmissionColorTexture",
     "clearcoatTexture",
     "clearcoatRoughnessTexture",
+    "clearcoatNormalTexture",
     "iridescenceTexture",
     "iridescenceThicknessTexture",
     "anisotropyTexture",
@@ -73,8 +75,17 @@ const PICTURED: [&str; 8] = [
 const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
 /// Index of clear coats (KHR_materials_clearcoat).
 const CLEAR_COAT: f64 = 1.5;
+/// Where there are more materials, pictures make no more of them.
+const MOST_MATERIALS: usize = 1 << 15;
 /// Indices above are as good as infinite: 10,000 reflects all but 0.04 %.
 const GREATEST_INDEX: f64 = 1e4;
+
+/// A clear coat: how much of it there is, its roughness and which way it points.
+struct Lacquer {
+    share: Texture,
+    roughness: Roughness,
+    normals: CoatNormals,
+}
 
 /// One glTF material being read.
 struct Reader<'r, 'n, 't> {
@@ -112,7 +123,6 @@ pub(in crate::scene) fn material(
     let material = match given {
         Some(given) => given,
         None => {
-            reader.note_losses();
             let surface = match reader.extension(SPECULAR_GLOSSINESS) {
                 Some(node) => reader.specular_glossiness(&node)?,
                 None => reader.surface()?,
@@ -140,16 +150,24 @@ impl<'n> Reader<'_, 'n, '_> {
         self.loader.note(format!("{}: {text}", self.node.file.display()));
     }
 
-    fn note_losses(&mut self) {
-        if self.extension("KHR_materials_clearcoat").is_some_and(|c| c.get("clearcoatNormalTexture").is_some()) {
-            self.note("normals of clear coats: ignored, they are those of what is under them (KHR_materials_clearcoat)");
-        }
-    }
-
     /// Adds the material that `make` makes of a GGX width, of this roughness.
     fn push_rough(&mut self, roughness: &Roughness, make: impl Fn(f64) -> Material) -> usize {
-        let material = self.loader.rough(roughness, make);
+        let material = match roughness {
+            Roughness::Picture(picture, _) if self.is_full() => make(roughness::width(picture.average(LINE_D_NM))),
+            roughness => self.loader.rough(roughness, make),
+        };
         self.push(material)
+    }
+
+    /// Have pictures of roughness, films and grains made so many materials that means must do for the rest?
+    fn is_full(&mut self) -> bool {
+        let full = self.loader.scene.materials.len() > MOST_MATERIALS;
+        if full {
+            self.note(&format!(
+                "pictures of roughness, films and grains come to more than {MOST_MATERIALS} materials: of the rest of them the mean counts"
+            ));
+        }
+        full
     }
 
     fn push(&mut self, material: Material) -> usize {
@@ -280,15 +298,19 @@ impl<'n> Reader<'_, 'n, '_> {
     }
 
     fn thin_part(&mut self, surface: usize, ior: &Ior) -> usize {
+        if !self.is_solid(surface) {
+            return surface;
+        }
         let part = match self.loader.scene.materials[surface].clone() {
-            Material::Dielectric { alpha, tint, .. } => {
-                Material::ThinDielectric { ior: ior.clone(), alpha, tint, depth: Spectrum::Constant(0.0) }
+            Material::Dielectric { alpha, tint, antireflective, .. } => {
+                let ior = if antireflective { Ior::constant(1.0) } else { ior.clone() };
+                Material::ThinDielectric { ior, alpha, tint, depth: Spectrum::Constant(0.0) }
             }
             Material::Mix { a, b, weight } => Material::Mix { a: self.thin_part(a, ior), b: self.thin_part(b, ior), weight },
             Material::NormalMapped { base, normals } => Material::NormalMapped { base: self.thin_part(base, ior), normals },
-            Material::Graded { first, levels, roughness } if self.loader.scene.materials[first].interface().is_some() => {
-                let thin: Vec<usize> = (first..first + levels.len()).map(|level| self.thin_part(level, ior)).collect();
-                Material::Graded { first: thin[0], levels, roughness }
+            Material::Graded { mut materials, levels, roughness } => {
+                materials.iter_mut().for_each(|level| *level = self.thin_part(*level, ior));
+                Material::Graded { materials, levels, roughness }
             }
             _ => return surface,
         };
@@ -297,12 +319,14 @@ impl<'n> Reader<'_, 'n, '_> {
 
     fn normal_mapped(&mut self, base: usize) -> Result<usize> {
         let Some(info) = self.node.get("normalTexture") else { return Ok(base) };
+        let normals = self.map_of_normals(&info)?;
+        Ok(normals.map_or(base, |normals| self.push(Material::NormalMapped { base, normals })))
+    }
+
+    fn map_of_normals(&mut self, info: &Node) -> Result<Option<Arc<ImageTexture>>> {
         let scale = info.get("scale").map_or(Ok(1.0), |n| n.within(-100.0, 100.0))?;
-        let normals = self.textures.read(&info, self.uv_sets, Use::Normals(scale), Spectrum::Constant(1.0), None)?;
-        Ok(match normals {
-            Some(Texture::Image(normals)) => self.push(Material::NormalMapped { base, normals }),
-            _ => base,
-        })
+        let normals = self.textures.read(info, self.uv_sets, Use::Normals(scale), Spectrum::Constant(1.0), None)?;
+        Ok(normals.and_then(|normals| normals.image().cloned()))
     }
 
     /// Roughness from a factor of `node` and the green channel of a texture.
@@ -311,18 +335,34 @@ impl<'n> Reader<'_, 'n, '_> {
         Ok(Roughness::pictured(self.share(factor, slot, 1, None)?))
     }
 
-    /// The clear coat: how much of it there is, and its roughness; nothing where there is none.
-    fn lacquer(&mut self) -> Result<Option<(Texture, Roughness)>> {
+    /// The clear coat; nothing where there is none.
+    fn lacquer(&mut self) -> Result<Option<Lacquer>> {
         let Some(node) = self.extension("KHR_materials_clearcoat") else { return Ok(None) };
         let share = self.share(factor(Some(&node), "clearcoatFactor", 0.0, 1.0)?, "clearcoatTexture", 0, None)?;
+        let own = node.get("clearcoatNormalTexture");
         let roughness = self.roughness(Some(node), "clearcoatRoughnessFactor", 0.0, "clearcoatRoughnessTexture")?;
-        Ok((!share.is_zero()).then_some((share, roughness)))
+        if share.is_zero() {
+            return Ok(None);
+        }
+        let of_base = self.node.get("normalTexture");
+        let normals = if own.as_ref().map(|info| info.value) == of_base.map(|info| info.value) {
+            CoatNormals::OfBase
+        } else if self.extension("KHR_materials_sheen").is_some() {
+            self.note(
+                "normals of clear coats under sheen: ignored, they are those of what is under them (KHR_materials_clearcoat)",
+            );
+            CoatNormals::OfBase
+        } else {
+            let map = own.map_or(Ok(None), |info| self.map_of_normals(&info))?;
+            map.map_or(CoatNormals::OfShape, CoatNormals::Mapped)
+        };
+        Ok(Some(Lacquer { share, roughness, normals }))
     }
 
     /// `bare` as it is where there is no lacquer, and where there is some, `base` under it.
-    fn lacquered(&mut self, base: usize, bare: usize, lacquer: &Option<(Texture, Roughness)>) -> usize {
-        let Some((share, roughness)) = lacquer else { return bare };
-        let coated = self.coated(base, &Ior::constant(CLEAR_COAT), roughness);
+    fn lacquered(&mut self, base: usize, bare: usize, lacquer: &Option<Lacquer>) -> usize {
+        let Some(Lacquer { share, roughness, normals }) = lacquer else { return bare };
+        let coated = self.coated(base, &Ior::constant(CLEAR_COAT), roughness, normals);
         self.mix(coated, bare, share.clone())
     }
 
@@ -400,7 +440,7 @@ impl<'n> Reader<'_, 'n, '_> {
         let volume = volume.or(self.extension("KHR_materials_volume"));
         let sigma_a = volume.map_or(Ok(Spectrum::Constant(0.0)), |volume| absorption(&volume, self.loader.reader.range))?;
         let interior = self.loader.volume(Interior { ior, priority: 1, sigma_a, ..Interior::vacuum(&name) });
-        Ok(self.push_rough(rough, |alpha| Material::Dielectric { interior, alpha, tint: tint.clone() }))
+        Ok(self.push_rough(rough, |alpha| Material::Dielectric { interior, alpha, tint: tint.clone(), antireflective: false }))
     }
 
     /// The index of refraction: of the glass that the material's custom property "glass" names, or from KHR_materials_ior and the dispersion, which may
