@@ -69,13 +69,7 @@ impl Reader<'_, '_, '_> {
         Ok(self.mix(sheet, paint, share))
     }
 
-    /// A coat on paint, whose colour is the one that is seen: coats of glTF send nothing down again (glTF 2.0, appendix B.3.2).
-    pub(super) fn coated(&mut self, base: usize, ior: &Ior, roughness: &Roughness, normals: &CoatNormals) -> usize {
-        let coated = |alpha| Material::Coated { base, ior: ior.clone(), alpha, seen: true, normals: normals.clone() };
-        self.push_rough(roughness, coated)
-    }
-
-    fn colour_of_specular(&self) -> Result<[f64; 3]> {
+    pub(super) fn colour_of_specular(&self) -> Result<[f64; 3]> {
         colour(self.extension("KHR_materials_specular").as_ref(), "specularColorFactor", [1.0; 3], f64::MAX)
     }
 
@@ -103,7 +97,7 @@ impl Reader<'_, '_, '_> {
     }
 
     /// `glossy` where there is reflection, as much of it and of its colour as KHR_materials_specular says, and `bare` where there is none.
-    fn by_specular(&mut self, glossy: usize, bare: usize) -> Result<usize> {
+    pub(super) fn by_specular(&mut self, glossy: usize, bare: usize) -> Result<usize> {
         let node = self.extension("KHR_materials_specular");
         let specular = factor(node.as_ref(), "specularFactor", 1.0, 1.0)?;
         let specular = self.share(specular, "specularTexture", 3, None)?;
@@ -127,50 +121,5 @@ impl Reader<'_, '_, '_> {
             glossy = self.mix(mirror, glossy, share.into());
         }
         self.by_specular(glossy, paint)
-    }
-
-    /// Glass that reflects as much as KHR_materials_specular says, and lets the rest through: a mixture with what reflects nothing. A pane has an index
-    /// for the colour, solid glass keeps its own.
-    pub(super) fn less_specular(&mut self, glass: usize, tint: &Texture, rough: &Roughness) -> Result<usize> {
-        if self.extension("KHR_materials_specular").is_none() {
-            return Ok(glass);
-        }
-        let scene = &self.loader.scene;
-        let solid = scene.made_of(glass).into_iter().find_map(|m| scene.materials[m].interior());
-        let Some(interior) = solid else {
-            let (ior, depth) = (Ior::constant(1.0), Spectrum::Constant(0.0));
-            let clear =
-                |alpha| Material::ThinDielectric { ior: ior.clone(), alpha, tint: Some(tint.clone()), depth: depth.clone() };
-            let clear = self.push_rough(rough, clear);
-            return self.by_specular(glass, clear);
-        };
-        let tint = Some(tint.clone()).filter(|tint| !is_one(tint));
-        let clear = |alpha| Material::Dielectric { interior, alpha, tint: tint.clone(), antireflective: true };
-        let clear = self.push_rough(rough, clear);
-        let coloured = self.coloured_reflection(glass, clear, interior, rough)?;
-        self.by_specular(coloured, clear)
-    }
-
-    /// Solid glass that reflects at normal incidence what its index and the factor of a colour say. Of less than the index says a share reflects, of more
-    /// than that a mirror reflects the rest.
-    fn coloured_reflection(&mut self, glass: usize, clear: usize, interior: usize, rough: &Roughness) -> Result<usize> {
-        let rgb = self.colour_of_specular()?;
-        if rgb == [1.0; 3] {
-            return Ok(glass);
-        }
-        let ior = self.loader.scene.interiors[interior].ior.clone();
-        let at_normal = |nm: f64| fresnel::dielectric(1.0, ior.eval(nm));
-        let rgb = rgb.map(|c| (c * at_normal(LINE_D_NM)).min(1.0));
-        let f0 = upsample::reflectance_from_linear_srgb(rgb).map_err(|e| self.node.fail(e, "use another colour"))?;
-        let range = self.loader.reader.range;
-        let share = Spectrum::sampled(range, |nm| (f0.eval(nm) / at_normal(nm).max(1e-9)).min(1.0));
-        let more = Spectrum::sampled(range, |nm| ((f0.eval(nm) - at_normal(nm)) / (1.0 - at_normal(nm))).max(0.0));
-        let less = self.mix(glass, clear, share.into());
-        if more.mean(range.0, range.1) == 0.0 {
-            return Ok(less);
-        }
-        let white = Texture::from(Spectrum::Constant(1.0));
-        let mirror = self.push_rough(rough, |alpha| Material::ColoredConductor { reflectance: white.clone(), alpha });
-        Ok(self.mix(mirror, less, more.into()))
     }
 }
