@@ -47,20 +47,20 @@ from PIL import Image, ImageCms
 
 
 def lab_of(inks):
-    """Of the light of three bands each ink leaves a part; as CIELAB in bytes."""
+    """Of the light of three bands each ink leaves a part; as CIELAB in 16 bits."""
     left = [1.0, 1.0, 1.0]
     for ink, leaves in zip(inks, ((0.1, 0.5, 0.8), (0.8, 0.1, 0.4), (0.95, 0.85, 0.08), (0.05, 0.05, 0.05))):
         left = [light * (1 - ink + ink * least) for light, least in zip(left, leaves)]
     f = [light ** (1 / 3) for light in left]
-    lab = 2.55 * (116 * f[1] - 16), 128 + 150 * (f[0] - f[1]), 128 + 120 * (f[1] - f[2])
-    return [min(max(round(v), 0), 255) for v in lab]
+    lab = 652.8 * (116 * f[1] - 16), 256 * (128 + 150 * (f[0] - f[1])), 256 * (128 + 120 * (f[1] - f[2]))
+    return [min(max(round(v), 0), 65280) for v in lab]
 
 
 def profile_of_inks():
-    even = bytes(range(256))
-    table = bytes(v for inks in itertools.product((0, 0.5, 1), repeat=4) for v in lab_of(inks))
+    even = struct.pack(">2H", 0, 65535)
+    table = [v for inks in itertools.product([i / 6 for i in range(7)], repeat=4) for v in lab_of(inks)]
     matrix = struct.pack(">9i", *[65536 * (i % 4 == 0) for i in range(9)])
-    lut = b"mft1\0\0\0\0" + bytes([4, 3, 3, 0]) + matrix + 4 * even + table + 3 * even
+    lut = b"mft2\0\0\0\0" + bytes([4, 3, 7, 0]) + matrix + struct.pack(">2H", 2, 2) + 4 * even + struct.pack(f">{len(table)}H", *table) + 3 * even
     white = b"XYZ \0\0\0\0" + struct.pack(">3i", *[round(65536 * v) for v in (0.9642, 1.0, 0.8249)])
     text = b"desc\0\0\0\0" + struct.pack(">I", 10) + b"Four inks\0" + bytes(79)
     words = b"text\0\0\0\0CC0\0"
@@ -75,10 +75,10 @@ def profile_of_inks():
     return head + bytes(128 - len(head)) + struct.pack(">I", len(tags)) + entries + data
 
 
-# What is left white, in the file, is 100, 128, 128 and 155, 155, 155, with 200 of black: by another mark in it the first is the second's colour.
-inks = Image.new("CMYK", (24, 8), (155, 127, 127, 55))
-inks.paste((100, 100, 100, 55), (8, 0, 16, 8))
-inks.paste((20, 230, 60, 10), (16, 0, 24, 8))
+# Inks of the profile's nodes. What is left white, in the file, is 85, 128, 128 and 170, 170, 170: by another mark in it the first is the second's colour.
+inks = Image.new("CMYK", (24, 8), (170, 127, 127, 85))
+inks.paste((85, 85, 85, 85), (8, 0, 16, 8))
+inks.paste((0, 255, 85, 0), (16, 0, 24, 8))
 icc = profile_of_inks()
 inks.save(HERE / "inks.jpg", quality=100, subsampling=0, icc_profile=icc)
 shown = ImageCms.profileToProfile(Image.open(HERE / "inks.jpg"), io.BytesIO(icc), ImageCms.createProfile("sRGB"), outputMode="RGB")

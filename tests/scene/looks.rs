@@ -2,6 +2,7 @@
 
 use crate::gltf::{base64, document, load_document};
 use abbe::scene::{CoatNormals, Material, Scene};
+use abbe::spectrum::Spectrum;
 use serde_json::{Value, json};
 
 /// A picture of one row, as a data URI.
@@ -282,4 +283,16 @@ fn pictures_in_many_materials_make_no_more_materials_than_there_is_room_for() {
     assert_eq!(scene.shapes.len(), 8);
     assert!((1 << 15..1 << 16).contains(&scene.materials.len()), "{}", scene.materials.len());
     assert_eq!(scene.notes.iter().filter(|note| note.contains("of the rest of them the mean counts")).count(), 1);
+}
+
+/// Of a surface that varies the albedo is that of the levels around its mean, not of its first.
+#[test]
+fn the_albedo_of_what_varies_is_that_of_its_mean() {
+    let (mut scene, _) = of_material("albedo", json!({}), &[WHITE]);
+    let paint = |v: f64| Material::Diffuse { reflectance: Spectrum::Constant(v).into() };
+    let first = scene.materials.len();
+    scene.materials.extend([paint(0.2), paint(0.4), paint(0.8)]);
+    let materials = vec![first, first + 2, first + 1];
+    scene.materials.push(Material::Graded { materials, levels: 4..7, roughness: Spectrum::Constant(5.25 / 16.0).into() });
+    near(scene.albedo(first + 3, 550.0)[0], 0.75 * 0.8 + 0.25 * 0.4);
 }

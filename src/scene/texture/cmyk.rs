@@ -6,6 +6,9 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
+/// Pixels that are worked out together.
+const PIXELS: usize = 4096;
+
 /// The colours of a JPEG in sRGB, three bytes a pixel; `None` where it is not of four inks, or where it or its profile cannot be read so.
 pub(super) fn srgb_of_inks(jpeg: &[u8], icc: &[u8]) -> Option<Vec<u8>> {
     let profile = ColorProfile::new_from_slice(icc).ok().filter(|profile| profile.color_space == DataColorSpace::Cmyk)?;
@@ -30,8 +33,13 @@ pub(super) fn srgb_of_inks(jpeg: &[u8], icc: &[u8]) -> Option<Vec<u8>> {
         ink.iter_mut().for_each(|ink| *ink = 255 - *ink);
     }
     let srgb = ColorProfile::new_srgb();
-    let transform = profile.create_transform_8bit(Layout::Rgba, &srgb, Layout::Rgb, TransformOptions::default()).ok()?;
-    let mut colors = vec![0; inks.len() / 4 * 3];
-    transform.transform(&inks, &mut colors).ok()?;
+    // In floating point, which leaves no rounding but the last.
+    let transform = profile.create_transform_f32(Layout::Rgba, &srgb, Layout::Rgb, TransformOptions::default()).ok()?;
+    let mut colors = Vec::with_capacity(inks.len() / 4 * 3);
+    for inks in inks.chunks(4 * PIXELS) {
+        let mut encoded = vec![0.0; inks.len() / 4 * 3];
+        transform.transform(&inks.iter().map(|ink| f32::from(*ink) / 255.0).collect::<Vec<_>>(), &mut encoded).ok()?;
+        colors.extend(encoded.into_iter().map(|v| (255.0 * v).round() as u8));
+    }
     Some(colors)
 }
