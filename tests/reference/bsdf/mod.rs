@@ -165,10 +165,13 @@ fn rough_glass_is_reciprocal_and_rough_metal_too() {
     }
 }
 
+/// The table of a face of glass of some width, and what its facets reflect.
+type Face = (fn(f64) -> EnergyTable, fn(f64, f64) -> f64);
+
 #[test]
 fn energy_lost_to_single_scattering_is_given_back() {
-    let bare: (fn(f64) -> EnergyTable, fn(f64, f64) -> f64) = (EnergyTable::dielectric, fresnel::dielectric);
-    let coated: (fn(f64) -> EnergyTable, fn(f64, f64) -> f64) = (EnergyTable::antireflective, fresnel::antireflective);
+    let bare: Face = (EnergyTable::dielectric, fresnel::dielectric);
+    let coated: Face = (EnergyTable::antireflective, fresnel::antireflective);
     for (alpha, (table, reflectance)) in
         [0.02, 0.1, 0.3, 0.7, 1.0].map(|alpha| (alpha, bare)).into_iter().chain([(0.1, coated), (0.7, coated)])
     {
