@@ -49,6 +49,9 @@ struct Bsdf {
     coat_entered: Spectrum, // what it lets in of the path
     coat_mean: Spectrum, // what it lets in of uniform light
     coat_is_seen: bool, // the colour of paint under it is the one that is seen
+#if COAT_NORMALS
+    coat_normal: vec3f, // its normal, on the outer side
+#endif
 #endif
 #if SHEEN
     sheen: u32, // the sheen over all of it, or NONE

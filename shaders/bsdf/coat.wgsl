@@ -5,6 +5,9 @@
 // A software driver takes both ways of every branch, and reads tables word by word: what a path needs to know of its coat is looked up once at each vertex
 // and for all wavelengths together.
 #include "bsdf/bsdf.wgsl"
+#if NORMAL_MAPS
+#include "geometry/texture.wgsl"
+#endif
 #include "bsdf/fresnel.wgsl"
 #include "bsdf/energy.wgsl"
 #include "bsdf/ggx.wgsl"
@@ -89,19 +92,29 @@ fn mirror_under_coat(b: ptr<function, Bsdf>, r: vec4f, out: vec4f, k: u32) -> ve
 }
 #endif
 
-// Decides between the coat's own reflection (true) and what is under it, for a path that arrives at cosine `mu` with the throughput `above`: puts the share
-// that goes there into beta.
-fn choose_coat(b: ptr<function, Bsdf>, above: ptr<function, Spectrum>, mu: f32, u: f32) -> bool {
+// Decides between the coat's own reflection (true) and what is under it, for a path that arrives with the throughput `above` at cosine `mu` to the normal of
+// what is under it and `mu_coat` to its own: puts the share that goes there into beta.
+fn choose_coat(b: ptr<function, Bsdf>, above: ptr<function, Spectrum>, mu: f32, mu_coat: f32, u: f32) -> bool {
     let m = load_Material((*b).coat);
     look_at_coat(b, m);
-    (*b).coat_is_seen = m.c != 0u;
+    (*b).coat_is_seen = (m.c & 1u) != 0u;
     (*b).coat_entered = transmittance_of_coat(b, m, mu);
+    // The share that is not reflected, and that which gets to what is under it.
+    var enters = (*b).coat_entered;
+#if COAT_NORMALS
+    enters = transmittance_of_coat(b, m, mu_coat);
+#endif
+#if LIGHT_PATHS
+    let below = (*b).coat_entered;
+#else
+    let below = enters;
+#endif
     (*b).coat_mean = coat_column(b, m.table + ENERGY_ETA * ENERGY_MU, 1u, 0.0);
     var carried = vec4f(0.0);
     var reflected = vec4f(0.0);
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         carried += (*above)[k];
-        reflected += (*above)[k] * (1.0 - (*b).coat_entered[k]);
+        reflected += (*above)[k] * (1.0 - enters[k]);
     }
     let total = sum4(carried);
     // Highlights are bright on what is dark: a quarter at least.
@@ -109,11 +122,39 @@ fn choose_coat(b: ptr<function, Bsdf>, above: ptr<function, Spectrum>, mu: f32, 
     let reflects = u < p;
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         // Rough coats weigh with the direction.
-        let share = select(1.0 - (*b).coat_entered[k], vec4f(1.0), m.alpha > 0.0);
-        beta[k] = select(beta[k] * (*b).coat_entered[k] / (1.0 - p), (*above)[k] * share / p, reflects);
+        let share = select(1.0 - enters[k], vec4f(1.0), m.alpha > 0.0);
+        beta[k] = select(beta[k] * below[k] / (1.0 - p), (*above)[k] * share / p, reflects);
     }
     return reflects;
 }
+
+#if COAT_NORMALS
+// The normal of the coat `m` at `s`.
+fn normal_of_coat(m: Material, s: Surface) -> vec3f {
+    var shape = s;
+    shape.ns = select(s.ns, s.ns_of_shape, m.c > 1u);
+#if NORMAL_MAPS
+    if (m.c > 3u) {
+        return mapped_normal((m.c >> 1u) - 2u, shape);
+    }
+#endif
+    return shape.ns;
+}
+
+#if LIGHT_PATHS
+// What the eye at `w` sees of light from under the coat, over what it would if the coat had the normal `ns` of that.
+fn seen_through_coat(b: ptr<function, Bsdf>, ns: vec3f, w: vec3f) -> Spectrum {
+    var share: Spectrum;
+    let m = load_Material(select((*b).coat, 0u, (*b).coat == NONE));
+    let as_it_is = transmittance_of_coat(b, m, min(abs(dot(w, (*b).coat_normal)), 1.0));
+    let as_base = transmittance_of_coat(b, m, min(abs(dot(w, ns)), 1.0));
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        share[k] = if_coated(b, as_it_is[k] / max(as_base[k], vec4f(1e-9)));
+    }
+    return share;
+}
+#endif
+#endif
 
 #if ROUGH_COAT
 // pdf of sampling a visible normal and reflecting there.

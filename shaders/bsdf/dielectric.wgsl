@@ -16,6 +16,16 @@ fn relative_index(b: ptr<function, Bsdf>, wavelength: u32) -> f32 {
     return spectrum_at((*b).far_row, wavelength) / spectrum_at((*b).near_row, wavelength);
 }
 
+// Reflectance of a face of relative index `eta`.
+fn face_of_glass(m: Material, cos_i: f32, eta: vec4f) -> vec4f {
+#if ANTIREFLECTIVE
+    if (m.a != 0u) {
+        return select(vec4f(0.0), vec4f(1.0), cos_transmitted_squared(cos_i, eta) <= vec4f(0.0));
+    }
+#endif
+    return fresnel_dielectric(cos_i, eta);
+}
+
 #if SMOOTH_DIELECTRIC
 // Reflectance between the indices in two rows, through the film that may lie there.
 fn interface_reflectance(m: Material, cos_i: f32, near_row: u32, far_row: u32, k: u32) -> vec4f {
@@ -24,7 +34,7 @@ fn interface_reflectance(m: Material, cos_i: f32, near_row: u32, far_row: u32, k
         return film_reflectance(m, cos_i, spectrum(near_row, k), spectrum(far_row, k), vec4f(0.0), k);
     }
 #endif
-    return fresnel_dielectric(cos_i, spectrum(far_row, k) / spectrum(near_row, k));
+    return face_of_glass(m, cos_i, spectrum(far_row, k) / spectrum(near_row, k));
 }
 
 #if SHADING_NORMALS
@@ -137,7 +147,7 @@ fn rough_dielectric_at(m: Material, wo: vec3f, wi: vec3f, eta: f32) -> vec2f {
         let oh = dot(wo, h);
         let ih = dot(wi, h);
         if (oh > 0.0 && select(-ih, ih, reflects) > 0.0) {
-            let f = fresnel_dielectric(oh, vec4f(eta)).x;
+            let f = face_of_glass(m, oh, vec4f(eta)).x;
             let s = oh + eta * ih;
             let jacobian = select(eta * eta * abs(ih) / max(s * s, 1e-20), 0.25 / oh, reflects);
             single = select(1.0 - f, f, reflects) * pdf_visible_normal(wo, h, Width(m.alpha)) * jacobian;
@@ -201,7 +211,7 @@ fn sample_rough_dielectric_at(m: Material, wo: vec3f, eta: f32, u_lobe: vec2f, u
     }
     let h = sample_visible_normal(wo, Width(m.alpha), u);
     let oh = dot(wo, h);
-    let f = fresnel_dielectric(oh, vec4f(eta)).x;
+    let f = face_of_glass(m, oh, vec4f(eta)).x;
     if (u_lobe.y < f) {
         let wi = reflect(-wo, h);
         return select(vec3f(0.0), wi, wi.z > 0.0);

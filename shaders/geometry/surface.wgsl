@@ -12,6 +12,9 @@ struct Surface {
     n: vec3f, // geometric normal, outward
     primitive: u32,
     ns: vec3f, // shading normal, on the side of n
+#if COAT_NORMALS
+    ns_of_shape: vec3f, // likewise, whatever maps say
+#endif
     light: u32, // index of the light that this primitive is, or NONE
     arrival: vec3f, // direction of the ray that arrives
     way: f32, // its length
@@ -62,6 +65,9 @@ fn surface_at(ray: Ray, hit: Hit) -> Surface {
         let magnitude = abs(r0.xyz) + abs(s.p - r0.xyz);
         s.error = GAMMA_7 * dot(abs(s.n), magnitude);
         s.ns = s.n;
+#if COAT_NORMALS
+        s.ns_of_shape = s.ns;
+#endif
         return s;
     }
 #endif
@@ -91,6 +97,9 @@ fn surface_at(ray: Ray, hit: Hit) -> Surface {
             s.ns = select(-s.ns, s.ns, dot(s.ns, s.n) > 0.0);
         }
     }
+#endif
+#if COAT_NORMALS
+    s.ns_of_shape = s.ns;
 #endif
     return s;
 }

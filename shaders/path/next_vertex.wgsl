@@ -8,6 +8,9 @@
 #endif
 #include "bsdf/material.wgsl"
 #include "bsdf/bsdf.wgsl"
+#if GRADED
+#include "bsdf/energy.wgsl"
+#endif
 #if INTERIORS
 #include "medium/interiors.wgsl"
 #endif
@@ -88,6 +91,17 @@ fn unmap_normals(first: u32, s: ptr<function, Surface>) -> u32 {
 #endif
 
 #if COMPOSITE
+// The cosine at which the path arrives at facets of normal `ns`.
+fn cosine_of_arrival(s: ptr<function, Surface>, ns: vec3f) -> f32 {
+    var arrival = (*s).arrival;
+#if SHADING_NORMALS
+#if LIGHT_PATHS
+    arrival = light_on_facet(-arrival, (*s).n, ns).w;
+#endif
+#endif
+    return min(abs(dot(arrival, ns)), 1.0);
+}
+
 // The part of a composite material that this path (or its shadow ray) meets at `s`. The share that a mixture has of each wavelength goes into beta (or
 // Ld), what a map of normals says into the shading normal, what lies over that part into `b`.
 fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool, b: ptr<function, Bsdf>) -> u32 {
@@ -140,7 +154,7 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool, b: p
             let last = m.c >> 16u;
             let x = clamp(color_of(b, 0u).x * f32(ROUGHNESS_STEPS), f32(first), f32(last));
             let level = min(u32(x), last - 1u);
-            index = m.b + level + select(0u, 1u, next_1d() < x - f32(level));
+            index = u32(tables[m.table + level - first + select(0u, 1u, next_1d() < x - f32(level))]);
             continue;
         }
 #endif
@@ -175,13 +189,7 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool, b: p
 #endif
     }
     // Behind the loop, of which every turn costs all that is in it.
-    var arrival = (*s).arrival;
-#if SHADING_NORMALS
-#if LIGHT_PATHS
-    arrival = light_on_facet(-arrival, (*s).n, (*s).ns).w;
-#endif
-#endif
-    let mu = min(abs(dot(arrival, (*s).ns)), 1.0);
+    let mu = cosine_of_arrival(s, (*s).ns);
 #if SHEEN
     if ((*b).sheen != NONE) {
         let below = choose_sheen(b, &above_sheen, mu, next_1d());
@@ -198,9 +206,19 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool, b: p
     }
 #endif
 #if COAT
-    if ((*b).coat != NONE && choose_coat(b, &above_coat, mu, next_1d())) {
-        index = (*b).coat;
-        (*b).coat = NONE;
+    if ((*b).coat != NONE) {
+        var mu_coat = mu;
+#if COAT_NORMALS
+        (*b).coat_normal = normal_of_coat(load_Material((*b).coat), *s);
+        mu_coat = cosine_of_arrival(s, (*b).coat_normal);
+#endif
+        if (choose_coat(b, &above_coat, mu, mu_coat, next_1d())) {
+            index = (*b).coat;
+            (*b).coat = NONE;
+#if COAT_NORMALS
+            (*s).ns = (*b).coat_normal;
+#endif
+        }
     }
 #endif
     return index;

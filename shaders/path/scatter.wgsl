@@ -282,8 +282,18 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
 #if SHAFTS
             lit &= w > 0.0;
 #endif
+#if COAT_NORMALS
+#if LIGHT_PATHS
+            let through_coat = seen_through_coat(&b, (*at).ns, light.wi);
+#endif
+#endif
             for (var k = 0u; k < WAVELENGTHS4; k++) {
                 Ld[k] = w * beta[k] * f[k] * light_spectrum(light, k);
+#if COAT_NORMALS
+#if LIGHT_PATHS
+                Ld[k] *= through_coat[k];
+#endif
+#endif
 #if TINT
                 Ld[k] *= select(vec4f(1.0), tint_of(&b, k), wl.z < 0.0);
 #endif
@@ -339,6 +349,14 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
     }
 #endif
     scale_beta(leaving_factor(at, d, out, sampled.wi.z));
+#if COAT_NORMALS
+#if LIGHT_PATHS
+    let through_coat = seen_through_coat(&b, (*at).ns, out);
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        beta[k] *= through_coat[k];
+    }
+#endif
+#endif
 #if INTERIORS
     inside = volumes_towards(at, sampled.wi.z);
 #endif

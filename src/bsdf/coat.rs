@@ -10,6 +10,10 @@
 //! - over a mirror of reflectance `r` it is `T(mu_i) T(mu_o) r / (1 - r + r max(T(mu_i), T(mu_o)))`, exact where both angles are the same.
 //!
 //! Both are reciprocal and never make light: a white base and a coat together reflect `1 - T + T = 1` (a rough mirror less).
+//!
+//! A coat may have another shading normal than what it lies on. What it reflects goes by its own, what lies below by that of what lies below, and of that the eye sees
+//! `T(mu_c) / T(mu)` of what it would through a coat of the same normal, with its cosines to the coat's normal and the other: so that again all light is
+//! reflected. Camera paths define that picture, and light paths are its adjoint, as with all shading normals ([`super::facet`]).
 
 use super::energy::EnergyTable;
 use super::{fresnel, ggx};
@@ -41,6 +45,11 @@ impl Coat<'_> {
             Some((_, energy)) => energy.mean_at(self.eta),
             None => 1.0 - fresnel::average_dielectric(self.eta),
         }
+    }
+
+    /// The factor on what an eye sees of what is below at cosine `mu_coat` to the coat's normal and `mu` to that of what is below.
+    pub fn seen_from(&self, mu_coat: f64, mu: f64) -> f64 {
+        if mu_coat == mu { 1.0 } else { self.transmittance(mu_coat) / self.transmittance(mu).max(1e-9) }
     }
 
     /// What takes the place of the reflectance `rho` of a diffuse base, for light in and out at these cosines.

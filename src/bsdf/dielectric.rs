@@ -16,7 +16,9 @@ pub struct RoughDielectric<'a> {
     pub alpha: f64,
     /// Far index over near index; not 1.
     pub eta: f64,
-    /// The table of `alpha`.
+    /// Reflectance of a facet at a cosine and this relative index: [`fresnel::dielectric`] or [`fresnel::antireflective`].
+    pub reflectance: fn(f64, f64) -> f64,
+    /// The table of `alpha` and that reflectance.
     pub energy: &'a EnergyTable,
 }
 
@@ -75,7 +77,7 @@ impl RoughDielectric<'_> {
         }
         let mut g = 0.0;
         if let Some((m, jacobian)) = self.facet(wo, wi) {
-            let f = fresnel::dielectric(wo.dot(m), self.eta);
+            let f = (self.reflectance)(wo.dot(m), self.eta);
             let share = if wi.z > 0.0 { f } else { 1.0 - f };
             g += share * wo.dot(m) * ggx::d(self.alpha, m) * ggx::g2(self.alpha, wo, wi) * jacobian / wo.z;
         }
@@ -95,7 +97,7 @@ impl RoughDielectric<'_> {
         let share_lost = if lost.is_some() { self.share_lost(wo) } else { 0.0 };
         let mut pdf = 0.0;
         if let Some((m, jacobian)) = self.facet(wo, wi) {
-            let f = fresnel::dielectric(wo.dot(m), self.eta);
+            let f = (self.reflectance)(wo.dot(m), self.eta);
             let share = if wi.z > 0.0 { f } else { 1.0 - f };
             pdf += (1.0 - share_lost) * share * ggx::pdf_vndf(self.alpha, wo, m) * jacobian;
         }
@@ -121,7 +123,7 @@ impl RoughDielectric<'_> {
             return Some((wi, self.relative_loss(&lost, wi)));
         }
         let m = ggx::sample_vndf(self.alpha, wo, [u[0], u[1]]);
-        let reflected = u[3] < fresnel::dielectric(wo.dot(m), self.eta);
+        let reflected = u[3] < (self.reflectance)(wo.dot(m), self.eta);
         let wi = if reflected { fresnel::reflect(wo, m) } else { fresnel::refract(wo, m, self.eta)? };
         if (wi.z > 0.0) != reflected || wi.z == 0.0 {
             return None;

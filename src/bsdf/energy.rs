@@ -39,13 +39,18 @@ const FACETS: f64 = (AZIMUTHS * HEIGHTS * COSINES) as f64;
 impl EnergyTable {
     /// The table of a dielectric interface with GGX width `alpha`: rows are far index over near index.
     pub fn dielectric(alpha: f64) -> Self {
-        Self::with_means(interface(alpha, true))
+        Self::with_means(interface(alpha, true, fresnel::dielectric))
+    }
+
+    /// Likewise with an ideal anti-reflection coating.
+    pub fn antireflective(alpha: f64) -> Self {
+        Self::with_means(interface(alpha, true, fresnel::antireflective))
     }
 
     /// What a coat with GGX width `alpha` lets in ([`super::coat`]): all that single scattering does not reflect. Of a smooth one (0) the means alone.
     pub fn coat(alpha: f64) -> Self {
         if alpha > 0.0 {
-            return Self::with_means(interface(alpha, false));
+            return Self::with_means(interface(alpha, false, fresnel::dielectric));
         }
         let mean = (0..ETA_NODES).map(|e| 1.0 - fresnel::average_dielectric(node_eta(e))).collect();
         Self { missing: vec![0.0; ETA_NODES * MU_NODES], mean }
@@ -177,20 +182,21 @@ fn reflected_share(alpha: impl Into<Width>, wo: DVec3, m: DVec3) -> f64 {
 }
 
 /// `1 - E`, `[eta][mu]`, of what single scattering reflects and, if `transmits`, refracts.
-fn interface(alpha: f64, transmits: bool) -> Vec<f64> {
-    let columns: Vec<Vec<f64>> = (0..MU_NODES).into_par_iter().map(|j| interface_column(alpha, transmits, j)).collect();
+fn interface(alpha: f64, transmits: bool, reflectance: fn(f64, f64) -> f64) -> Vec<f64> {
+    let columns: Vec<Vec<f64>> =
+        (0..MU_NODES).into_par_iter().map(|j| interface_column(alpha, transmits, reflectance, j)).collect();
     (0..ETA_NODES).flat_map(|e| columns.iter().map(move |c| c[e])).collect()
 }
 
 /// The same over all eta nodes around cosine node `j`: the facets are the same for all.
-fn interface_column(alpha: f64, transmits: bool, j: usize) -> Vec<f64> {
+fn interface_column(alpha: f64, transmits: bool, reflectance: fn(f64, f64) -> f64, j: usize) -> Vec<f64> {
     let mut albedo = vec![0.0; ETA_NODES];
     mean_over_facets(alpha.into(), DVec2::X, j, |wo, m| {
         let inv_g1 = 1.0 / ggx::g1(alpha, wo);
         let reflected = reflected_share(alpha, wo, m);
         for (e, sum) in albedo.iter_mut().enumerate() {
             let eta = node_eta(e);
-            let f = fresnel::dielectric(wo.dot(m), eta);
+            let f = reflectance(wo.dot(m), eta);
             *sum += f * reflected;
             if transmits && let Some(wi) = fresnel::refract(wo, m, eta).filter(|wi| wi.z < 0.0) {
                 *sum += (1.0 - f) * ggx::g2(alpha, wo, wi) * inv_g1;

@@ -82,6 +82,11 @@ pub fn thin_pane(cos_i: f64, eta: f64) -> f64 {
     2.0 * r / (1.0 + r)
 }
 
+/// Likewise of one with an ideal anti-reflection coating: what is not reflected totally gets through.
+pub fn antireflective(cos_i: f64, eta: f64) -> f64 {
+    f64::from(u8::from(cos_transmitted(cos_i, eta).is_none()))
+}
+
 /// `2 int_0^1 F(mu) mu dmu` for a dielectric interface: the reflectance under uniform light.
 pub fn average_dielectric(eta: f64) -> f64 {
     if eta < 1.0 {

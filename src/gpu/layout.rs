@@ -84,7 +84,7 @@ shared_constants! {
     /// Kinds of materials. `c` of dielectrics, panes and conductors: rows of the index of a film on them and, from bit 16 on, of its thickness in
     /// wavelengths, or 0. `a`: reflectance row.
     MATERIAL_KIND_DIFFUSE = 0;
-    /// Needs its interior only; `b`, `texture`, here and of all glass: what tints what gets through, `b` being NO_INDEX for clear glass.
+    /// Needs its interior; `a`, here and of a rough one: 1 with a coating that reflects nothing, else 0; `b`, `texture`, here and of all glass: what tints what gets through, `b` being NO_INDEX for clear glass.
     MATERIAL_KIND_SMOOTH_DIELECTRIC = 1;
     /// Needs its interior, `alpha` and `table`.
     MATERIAL_KIND_ROUGH_DIELECTRIC = 2;
@@ -101,9 +101,10 @@ shared_constants! {
     MATERIAL_KIND_BOUNDARY = 7;
     /// `b`: the material; `texture`: normals.
     MATERIAL_KIND_NORMAL_MAPPED = 8;
-    /// `a`: row of the coat's index; `b`: the material under it; `c`: 1 if its colour is the one that is seen; `alpha`, `table`.
+    /// `a`: row of the coat's index; `b`: the material under it; `c`: 1 if its colour is the one that is seen, and twice what its normals
+    /// are: 0 those of what is under it, 1 those of the shape, or 2 and the number of their picture; `alpha`, `table`.
     MATERIAL_KIND_COATED = 9;
-    /// `a`, `texture`: roughness; `b`: the material of level 0; `c`: the first level and, from bit 16 on, the last.
+    /// `a`, `texture`: roughness; `c`: the first level and, from bit 16 on, the last; `table`: the materials of the levels.
     MATERIAL_KIND_GRADED = 10;
     /// As a rough conductor, with a grain; after its energy table come the width along x and cosine and sine of the grain's rotation.
     MATERIAL_KIND_BRUSHED_CONDUCTOR = 11;

@@ -7,7 +7,9 @@ use crate::gpu::scene::{SLOTS, light_grid_pays};
 use crate::lens::LensCamera;
 use crate::scene::texture::{self, Texels};
 use crate::scene::volumes::most_overlapping;
-use crate::scene::{EnvironmentTexels, Filter, Geometry, Interior, Light, Material, Mesh, Scene, Sensor, Shape, Starts};
+use crate::scene::{
+    CoatNormals, EnvironmentTexels, Filter, Geometry, Interior, Light, Material, Mesh, Scene, Sensor, Shape, Starts,
+};
 use crate::spectrum::Ior;
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -80,6 +82,9 @@ features! {
         if |n| n.material(|m| matches!(m, Material::Dielectric { alpha, .. } if *alpha > 0.0));
     /// Any face of solid glass.
     Dielectric "DIELECTRIC" if |n| n.has(Feature::SmoothDielectric) || n.has(Feature::RoughDielectric);
+    /// Solid glass that reflects nothing but what is reflected totally.
+    Antireflective "ANTIREFLECTIVE"
+        if |n| n.material(|m| matches!(m, Material::Dielectric { antireflective: true, .. }));
     /// Panes seen as one surface, and clear.
     SmoothThinDielectric "SMOOTH_THIN_DIELECTRIC"
         if |n| n.material(|m| matches!(m, Material::ThinDielectric { alpha, .. } if *alpha == 0.0));
@@ -125,7 +130,10 @@ features! {
     /// Mixtures of two materials.
     Mix "MIX" in Materials as "mixtures" if |n| n.material(|m| matches!(m, Material::Mix { .. }));
     /// Shading normals from pictures.
-    NormalMaps "NORMAL_MAPS" in Materials as "normal maps" if |n| n.material(|m| matches!(m, Material::NormalMapped { .. }));
+    NormalMaps "NORMAL_MAPS" in Materials as "normal maps" if |n| n.material(|m| m.normals().is_some());
+    /// Clear coats that point elsewhere than what they lie on.
+    CoatNormals "COAT_NORMALS"
+        if |n| n.material(|m| matches!(m, Material::Coated { normals, .. } if !matches!(normals, CoatNormals::OfBase)));
     /// Shading normals from pictures on meshes that have tangents of their own.
     Tangents "TANGENTS" if |n| n.has(Feature::NormalMaps) && n.mesh(|mesh| !mesh.tangents.is_empty());
     /// Lamps that show pictures.

@@ -6,6 +6,7 @@ use super::material::Met;
 use super::rng::Rng;
 use super::surface::{Outgoing, Over, mean};
 use super::walk::WavelengthSample;
+use crate::bsdf::coat::Coat;
 use crate::bsdf::conductor::RoughConductor;
 use crate::bsdf::dielectric::RoughDielectric;
 use crate::bsdf::energy::EnergyTable;
@@ -27,10 +28,12 @@ pub(super) enum Bsdf<'a> {
     Diffuse(Vec<f64>),
     /// Metal.
     Conductor { metal: Vec<Metal>, width: Width, energy: Option<&'a EnergyTable> },
-    /// Far index over near index, and the film between, if there is one.
-    Dielectric { eta: Vec<f64>, film: Vec<Stack>, alpha: f64, energy: Option<&'a EnergyTable> },
+    /// Far index over near index, the film between, if there is one, and else the reflectance.
+    Dielectric { eta: Vec<f64>, film: Vec<Stack>, reflectance: fn(f64, f64) -> f64, alpha: f64, energy: Option<&'a EnergyTable> },
     /// Transmittance.
     DiffuseTransmission(Vec<f64>),
+    /// What a coat itself reflects.
+    Coat(Vec<Coat<'a>>),
     /// A pane, and the facets of a rough one.
     Thin { panes: Vec<Pane>, facets: Option<RoughConductor<'a>> },
 }
@@ -61,7 +64,7 @@ impl Stage {
                 }
             }
             Material::Conductor { eta, k, alpha } => {
-                let around = coat.map_or(outside.to_vec(), |(ior, ..)| values(&|nm| ior.eval(nm)));
+                let around = coat.map_or(outside.to_vec(), |coat| values(&|nm| coat.ior.eval(nm)));
                 let of = |(l, n): (&WavelengthSample, &f64)| match film {
                     Some(film) => Metal::Filmed(film.between(*n, (eta.eval(l.nm), k.eval(l.nm)), l.nm)),
                     None => Metal::Index(eta.eval(l.nm) / n, k.eval(l.nm) / n),
@@ -88,13 +91,14 @@ impl Bsdf<'_> {
         match self {
             Bsdf::Diffuse(rho) => over.paint(rho[wavelength], wavelength, wo, local) * local.z.max(0.0) / PI,
             Bsdf::DiffuseTransmission(tau) => over.paint(tau[wavelength], wavelength, wo, local) * (-local.z).max(0.0) / PI,
+            Bsdf::Coat(coats) => coats[wavelength].eval(wo, local),
             Bsdf::Thin { panes, facets: Some(facets) } => RoughPane { facets: *facets }.eval(wo, local, &panes[wavelength]),
             Bsdf::Conductor { metal, width, energy: Some(energy) } => {
                 let facets = RoughConductor { alpha: *width, energy };
                 facets.eval(wo, local, |lobe| over.mirror(facets.reflectance(lobe, metal[wavelength]), wavelength, wo, local))
             }
-            Bsdf::Dielectric { eta, alpha, energy: Some(energy), .. } => {
-                RoughDielectric { alpha: *alpha, eta: eta[wavelength], energy }.eval(wo, local)
+            Bsdf::Dielectric { eta, reflectance, alpha, energy: Some(energy), .. } => {
+                RoughDielectric { alpha: *alpha, eta: eta[wavelength], reflectance: *reflectance, energy }.eval(wo, local)
             }
             _ => 0.0,
         }
@@ -126,6 +130,10 @@ impl Bsdf<'_> {
                 let Some(s) = facets.sample(wo, [u0, u1, rng.next()]) else { return vec![] };
                 one(s.wi, false, &|i| s.weight * over.mirror(facets.reflectance(s.lobe, metal[i]), i, wo, s.wi))
             }
+            Bsdf::Coat(coats) => {
+                let Some((wi, weight, cos)) = coats[0].sample(wo, rng.next2()) else { return vec![] };
+                one(wi, false, &|i| weight * fresnel::dielectric(cos, coats[i].eta))
+            }
             Bsdf::Thin { panes, facets } => {
                 let q = |cos: f64| panes.iter().map(|pane| pane.shares(cos)[0]).sum::<f64>() / panes.len() as f64;
                 let side = |cos: f64, reflects: bool, i: usize| {
@@ -141,9 +149,9 @@ impl Bsdf<'_> {
                 let wi = if reflects { fresnel::reflect(wo, DVec3::Z) } else { -wo };
                 one(wi, !reflects, &|i| side(wo.z, reflects, i))
             }
-            Bsdf::Dielectric { eta, film, energy: None, .. } => {
+            Bsdf::Dielectric { eta, film, reflectance, energy: None, .. } => {
                 let f: Vec<f64> = match film.is_empty() {
-                    true => eta.iter().map(|&n| fresnel::dielectric(wo.z, n)).collect(),
+                    true => eta.iter().map(|&n| reflectance(wo.z, n)).collect(),
                     false => film.iter().map(|s| s.reflectance(wo.z)).collect(),
                 };
                 let q = mean(&f);
@@ -161,11 +169,11 @@ impl Bsdf<'_> {
                 });
                 parted.collect()
             }
-            Bsdf::Dielectric { eta, alpha, energy: Some(energy), .. } => {
+            Bsdf::Dielectric { eta, reflectance, alpha, energy: Some(energy), .. } => {
                 let mut scatter = |eta: f64| {
                     let [u0, u1] = rng.next2();
                     let [u2, u3] = rng.next2();
-                    RoughDielectric { alpha: *alpha, eta, energy }.sample(wo, [u0, u1, u2, u3])
+                    RoughDielectric { alpha: *alpha, eta, reflectance: *reflectance, energy }.sample(wo, [u0, u1, u2, u3])
                 };
                 if eta.iter().all(|&n| n == eta[0]) {
                     return scatter(eta[0]).map_or(vec![], |(wi, weight)| one(wi, wi.z < 0.0, &|_| weight));
@@ -200,9 +208,9 @@ pub(super) fn straight_share(scene: &Scene, index: usize, cos: f64, uv: Coordina
             tint.as_ref().map_or(1.0, |tint| tint.eval(nm, uv)) * pane.shares(cos)[1]
         }
         Material::NormalMapped { base, .. } => straight_share(scene, *base, cos, uv, nm),
-        Material::Graded { first, levels, roughness } => {
+        Material::Graded { materials, levels, roughness } => {
             let (level, share) = level_at(roughness.eval(nm, uv), levels);
-            let of = |level: usize| straight_share(scene, first + level - levels.start, cos, uv, nm);
+            let of = |level: usize| straight_share(scene, materials[level - levels.start], cos, uv, nm);
             (1.0 - share) * of(level) + share * of(level + 1)
         }
         Material::Mix { a, b, weight } => {

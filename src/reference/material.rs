@@ -7,13 +7,26 @@ use super::rng::Rng;
 use super::surface::Over;
 use super::walk::{Path, WavelengthSample};
 use crate::bsdf::coat::Coat;
+use crate::bsdf::fresnel;
 use crate::bsdf::sheen::Sheen;
 use crate::geometry::world::Hit;
 use crate::scene::roughness::level_at;
-use crate::scene::{Geometry, Grain, Material, Scene, Texture, ThinFilm, direction_of_grain};
+use crate::scene::texture::ImageTexture;
+use crate::scene::{CoatNormals, Geometry, Grain, Material, Scene, Texture, ThinFilm, direction_of_grain};
 use crate::spectrum::{Ior, Spectrum};
 use glam::{DVec3, DVec4};
 use std::collections::BTreeMap;
+
+/// A coat on it.
+#[derive(Clone, Copy)]
+pub(super) struct MetCoat<'a> {
+    pub ior: &'a Ior,
+    alpha: f64,
+    /// Is the colour under it the one that is seen?
+    seen: bool,
+    /// Its shading normal.
+    normal: DVec3,
+}
 
 /// A surface that a path meets, mixtures decided.
 pub(super) struct Met<'a> {
@@ -21,8 +34,7 @@ pub(super) struct Met<'a> {
     /// The index of its material.
     index: usize,
     pub material: &'a Material,
-    /// Index and GGX width of the coat on it, and whether the colour under it is the one that is seen.
-    pub coat: Option<(&'a Ior, f64, bool)>,
+    pub coat: Option<MetCoat<'a>>,
     sheen: Option<(&'a Sheen, &'a Spectrum)>,
     pub film: Option<&'a ThinFilm>,
     pub grain: Option<Grain>,
@@ -42,14 +54,15 @@ impl Stage {
         let is_in_boundary = met.iter().any(|m| self.scene.materials[m.index].interior().is_some());
         for surface @ &Met { hit, material, coat, sheen, grain, .. } in &met {
             let Some(bsdf) = self.bsdf(surface, &path.wavelengths, &outside, is_in_boundary) else { continue };
-            let of_wavelength = |(ior, alpha, seen): (&Ior, f64, bool), nm: f64, outside: f64| Coat {
-                eta: ior.eval(nm) / outside,
-                rough: self.energy(alpha, None).map(|e| (alpha, &e.coat)),
-                seen,
+            let of_wavelength = |coat: MetCoat, nm: f64, outside: f64| Coat {
+                eta: coat.ior.eval(nm) / outside,
+                rough: self.energy(coat.alpha, None).map(|e| (coat.alpha, &e.coat)),
+                seen: coat.seen,
             };
             let coats = |coat| path.wavelengths.iter().zip(&outside).map(|(l, &n)| of_wavelength(coat, l.nm, n)).collect();
             let over = Over {
                 coat: coat.map_or(vec![], coats),
+                coat_normal: coat.map_or(hit.ns, |coat| coat.normal),
                 sheen: sheen.map(|(sheen, color)| (sheen, values(&|nm| color.eval(nm)))),
                 along: grain.map(|grain| self.along(&grain, &hit)),
                 tint: tint(material, &hit, path),
@@ -67,9 +80,12 @@ impl Stage {
                 let stack =
                     |l: &WavelengthSample, film: &ThinFilm| film.between(index(near, l.nm), (index(far, l.nm), 0.0), l.nm);
                 let film = film.map_or(vec![], |film| path.wavelengths.iter().map(|l| stack(l, film)).collect());
-                let energy = self.energy(alpha, None).map(|e| &e.dielectric);
+                let coated = surface.is_some_and(|m| matches!(m.material, Material::Dielectric { antireflective: true, .. }));
+                let reflectance = if coated { fresnel::antireflective } else { fresnel::dielectric };
+                let energy =
+                    self.energy(alpha, None).and_then(|e| if coated { e.antireflective.as_ref() } else { Some(&e.dielectric) });
                 let over = Over { tint: surface.map_or(vec![], |m| tint(m.material, hit, path)), ..Over::default() };
-                (beyond, Some((*hit, Bsdf::Dielectric { eta, film, alpha, energy }, over)))
+                (beyond, Some((*hit, Bsdf::Dielectric { eta, film, reflectance, alpha, energy }, over)))
             }
             (beyond, Crossing::Straight) => (beyond, None),
         }
@@ -86,24 +102,29 @@ impl Stage {
 
     /// The material of a hit, the coat on it, and the hit with its normal as maps turn it; mixes decided with the mean of their weight over the carried
     /// wavelengths.
-    fn choose(&self, mut hit: Hit, path: &mut Path, rng: &mut Rng) -> Met<'_> {
+    fn choose(&self, hit: Hit, path: &mut Path, rng: &mut Rng) -> Met<'_> {
         let (mut coat, mut sheen) = (None, None);
         let shape = &self.scene.shapes[hit.shape];
-        let mut index = shape.material;
+        let (mut index, of_shape) = (shape.material, hit.ns);
+        let mapped = |normals: &ImageTexture| match &shape.geometry {
+            Geometry::Mesh(mesh) => {
+                let triangle = (hit.prim - self.world.first_prim(hit.shape)) as usize;
+                mesh.mapped_normal(triangle, hit.p, hit.uv, hit.ng, of_shape, normals)
+            }
+            _ => of_shape,
+        };
+        let mut ns = of_shape;
         loop {
             let material = &self.scene.materials[index];
             let (a, b, weight) = match material {
                 Material::Mix { a, b, weight } => (a, b, weight),
-                Material::Graded { first, levels, roughness } => {
+                Material::Graded { materials, levels, roughness } => {
                     let (level, share) = level_at(roughness.eval(path.wavelengths[0].nm, hit.uv), levels);
-                    index = first + level - levels.start + usize::from(rng.next() < share);
+                    index = materials[level - levels.start + usize::from(rng.next() < share)];
                     continue;
                 }
                 Material::NormalMapped { base, normals } => {
-                    if let Geometry::Mesh(mesh) = &shape.geometry {
-                        let triangle = (hit.prim - self.world.first_prim(hit.shape)) as usize;
-                        hit.ns = mesh.mapped_normal(triangle, hit.p, hit.uv, hit.ng, hit.ns, normals);
-                    }
+                    ns = mapped(normals);
                     index = *base;
                     continue;
                 }
@@ -112,14 +133,19 @@ impl Stage {
                     index = *base;
                     continue;
                 }
-                Material::Coated { base, ior, alpha, seen } => {
-                    coat = Some((ior, *alpha, *seen));
+                Material::Coated { base, ior, alpha, seen, normals } => {
+                    let normal = match normals {
+                        CoatNormals::OfBase => ns,
+                        CoatNormals::OfShape => of_shape,
+                        CoatNormals::Mapped(normals) => mapped(normals),
+                    };
+                    coat = Some(MetCoat { ior, alpha: *alpha, seen: *seen, normal });
                     index = *base;
                     continue;
                 }
                 _ => {
                     let (film, grain) = (self.scene.thin_films.get(&index), self.scene.grains.get(&index).copied());
-                    return Met { hit, index, material, coat, sheen, film, grain };
+                    return Met { hit: Hit { ns, ..hit }, index, material, coat, sheen, film, grain };
                 }
             };
             let w: Vec<f64> = path.wavelengths.iter().map(|l| weight.eval(l.nm, hit.uv)).collect();

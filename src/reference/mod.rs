@@ -30,7 +30,7 @@ use crate::film::Film;
 use crate::film::aov::{Albedo, AovBuffers};
 use crate::geometry::world::World;
 use crate::render::{Batch, Halt, Integrator, Renderer};
-use crate::scene::{Estimator, Grain, Scene, WavelengthSampling, inside};
+use crate::scene::{Estimator, Grain, Material, Scene, WavelengthSampling, inside};
 use crate::spectrum::library::{self, Cmf, Observer};
 use crate::stats::BatchStats;
 use light::Emitters;
@@ -73,6 +73,8 @@ struct Energy {
     alpha: f64,
     grain: Option<Grain>,
     dielectric: EnergyTable,
+    /// Where there is glass with a coating.
+    antireflective: Option<EnergyTable>,
     conductor: EnergyTable,
     coat: EnergyTable,
 }
@@ -95,6 +97,7 @@ impl ReferenceIntegrator {
         let scene = &scene;
         let ball = world.ball_around(&sensor::corners(&scene.sensor));
         let mut energy: Vec<Energy> = Vec::new();
+        let has_coatings = scene.materials.iter().any(|m| matches!(m, Material::Dielectric { antireflective: true, .. }));
         for (index, material) in scene.materials.iter().enumerate() {
             let grain = scene.grains.get(&index).copied();
             if let Some(alpha) = material.alpha()
@@ -103,7 +106,8 @@ impl ReferenceIntegrator {
             {
                 let conductor = grain.map_or_else(|| EnergyTable::conductor(alpha), |g| EnergyTable::brushed(g.width(alpha)));
                 let (dielectric, coat) = (EnergyTable::dielectric(alpha), EnergyTable::coat(alpha));
-                energy.push(Energy { alpha, grain, dielectric, conductor, coat });
+                let antireflective = has_coatings.then(|| EnergyTable::antireflective(alpha));
+                energy.push(Energy { alpha, grain, dielectric, antireflective, conductor, coat });
             }
         }
         let stage = Stage {

@@ -5,7 +5,6 @@ use super::rng::Rng;
 use super::walk::WavelengthSample;
 use crate::bsdf::coat::Coat;
 use crate::bsdf::facet;
-use crate::bsdf::fresnel;
 use crate::bsdf::sample_cosine;
 use crate::bsdf::sheen::Sheen;
 use crate::geometry::world::Hit;
@@ -26,6 +25,8 @@ pub(super) enum Transport {
 pub(super) struct Over<'a> {
     /// The coat on it, for each wavelength, or nothing.
     pub coat: Vec<Coat<'a>>,
+    /// The shading normal of that.
+    pub coat_normal: DVec3,
     /// The sheen over all of it, and its colour at each wavelength.
     pub sheen: Option<(&'a Sheen, Vec<f64>)>,
     /// Where its grain points.
@@ -66,19 +67,39 @@ pub(super) struct Surface<'a> {
     wo: DVec3,
     weight: f64,
     transport: Transport,
+    /// The factor on all but sheen, for the probability of what was chosen of a coat and what it lies on.
+    of_part: f64,
 }
 
 impl<'a> Surface<'a> {
-    /// What the path sees, or lights, there ([`facet`]).
-    pub(super) fn new(bsdf: Bsdf<'a>, over: Over<'a>, hit: &Hit, came_from: DVec3, transport: Transport, rng: &mut Rng) -> Self {
+    /// What the path sees, or lights, there ([`facet`]): of what is coated by chance what the coat itself reflects or what is under it.
+    pub(super) fn new(
+        mut bsdf: Bsdf<'a>,
+        mut over: Over<'a>,
+        hit: &Hit,
+        came_from: DVec3,
+        transport: Transport,
+        rng: &mut Rng,
+    ) -> Self {
         let side = if came_from.dot(hit.ng) < 0.0 { -1.0 } else { 1.0 };
-        let (ng, ns) = (hit.ng * side, hit.ns * side);
+        let (ng, mut ns) = (hit.ng * side, hit.ns * side);
+        over.coat_normal *= side;
+        let mut of_part = 1.0;
+        if !over.coat.is_empty() {
+            let cos = came_from.dot(over.coat_normal).abs().min(1.0);
+            let q = 1.0 - mean(&over.coat.iter().map(|coat| coat.transmittance(cos)).collect::<Vec<_>>());
+            if rng.next() < q {
+                (bsdf, ns, of_part) = (Bsdf::Coat(std::mem::take(&mut over.coat)), over.coat_normal, 1.0 / q);
+            } else {
+                of_part = 1.0 / (1.0 - q);
+            }
+        }
         let x = over.along.unwrap_or_else(|| ns.any_orthonormal_vector());
         let (wo, weight) = match transport {
             Transport::Radiance => (facet::raise(came_from, ns, 1.0), 1.0),
             Transport::Flux => facet::choose(came_from, ng, ns, 1.0, || rng.next()),
         };
-        Self { bsdf, over, frame: frame(x, ns), ng, came_from, wo, weight, transport }
+        Self { bsdf, over, frame: frame(x, ns), ng, came_from, wo, weight, transport, of_part }
     }
 
     /// Veach's correction of flux (1997, eq. 5.19).
@@ -119,10 +140,20 @@ impl<'a> Surface<'a> {
         let facing = facet::raise(wi, self.frame.z_axis, wi.dot(self.ng).signum());
         let (wo, local) = (self.local(self.wo), self.local(facing));
         let g = self.bsdf.eval(&self.over, wo, local, wavelength);
-        let own = self.over.coat.get(wavelength).map_or(0.0, |coat| coat.eval(wo, local));
         let of_sheen = self.over.sheen.as_ref().map_or(0.0, |(sheen, color)| color[wavelength] * sheen.eval(wo, local));
         let tint = if local.z < 0.0 { self.tint(wavelength) } else { 1.0 };
-        (of_sheen + self.under_sheen(wo, local) * (own + g * tint)) * self.weight * self.correction(wi)
+        let under = self.under_sheen(wo, local) * self.of_part * self.through_coat(wi, wavelength);
+        (of_sheen + under * g * tint) * self.weight * self.correction(wi)
+    }
+
+    /// What the eye sees through a coat of another normal than that of what it lies on, over what it would if it were the same ([`crate::bsdf::coat`]).
+    fn through_coat(&self, wi: DVec3, wavelength: usize) -> f64 {
+        let eye = match self.transport {
+            Transport::Radiance => self.came_from,
+            Transport::Flux => wi,
+        };
+        let at = |normal: DVec3| eye.dot(normal).abs().min(1.0);
+        self.over.coat.get(wavelength).map_or(1.0, |coat| coat.seen_from(at(self.over.coat_normal), at(self.frame.z_axis)))
     }
 
     /// The factor on what gets through.
@@ -147,7 +178,9 @@ impl<'a> Surface<'a> {
         for o in &mut out {
             let (wi, factor) = self.leave((self.frame * o.wi).normalize(), o.transmitted, rng);
             o.wi = wi;
-            o.wavelengths.iter_mut().for_each(|wavelength| wavelength.beta *= factor);
+            for wavelength in &mut o.wavelengths {
+                wavelength.beta *= factor * self.through_coat(wi, number_of(wavelength, wavelengths));
+            }
         }
         for outgoing in out.iter_mut().filter(|o| o.transmitted) {
             for wavelength in &mut outgoing.wavelengths {
@@ -172,7 +205,7 @@ impl<'a> Surface<'a> {
     /// Smooth glass: lets the wavelengths that [`facet::is_let_out`] names go by the geometric normal, not as in `out`.
     fn go_by_geometry(&self, out: &mut Vec<Outgoing>, wavelengths: &[WavelengthSample], eta: &[f64], rng: &mut Rng) {
         let frame = frame(self.ng.any_orthonormal_vector(), self.ng);
-        let mut by_geometry = self.sample_local(frame.transpose() * self.came_from, wavelengths, rng);
+        let mut by_geometry = self.bsdf.sample(&self.over, frame.transpose() * self.came_from, wavelengths, rng);
         by_geometry.iter_mut().for_each(|o| o.wi = (frame * o.wi).normalize());
         for (outgoing, by_geometry) in out.iter_mut().map(|o| (o, false)).chain(by_geometry.iter_mut().map(|o| (o, true))) {
             let (eye, inverse) = match self.transport {
@@ -192,7 +225,11 @@ impl<'a> Surface<'a> {
 
     /// The sheen's own reflection or what is under it; each weighs the more for its probability.
     fn sample_under_sheen(&self, wo: DVec3, wavelengths: &[WavelengthSample], rng: &mut Rng) -> Vec<Outgoing> {
-        let Some((sheen, color)) = &self.over.sheen else { return self.sample_local(wo, wavelengths, rng) };
+        let Some((sheen, color)) = &self.over.sheen else {
+            let mut out = self.bsdf.sample(&self.over, wo, wavelengths, rng);
+            out.iter_mut().flat_map(|o| &mut o.wavelengths).for_each(|wavelength| wavelength.beta *= self.of_part);
+            return out;
+        };
         let own = mean(color) * sheen.albedo(wo.z).min(1.0);
         let q = (own / (own + sheen.transmittance(wo.z)).max(1e-6)).clamp(0.05, 0.95);
         if rng.next() < q {
@@ -201,30 +238,10 @@ impl<'a> Surface<'a> {
             let wavelengths = wavelengths.iter().zip(color).map(|(l, c)| l.times(c * weight)).collect();
             return vec![Outgoing { wi, wavelengths, transmitted: false }];
         }
-        let mut out = self.sample_local(wo, wavelengths, rng);
-        for o in &mut out {
-            let weight = self.under_sheen(wo, o.wi) / (1.0 - q);
-            o.wavelengths.iter_mut().for_each(|wavelength| wavelength.beta *= weight);
-        }
-        out
-    }
-
-    /// The coat's own reflection or what is under it; each weighs the more for its probability.
-    fn sample_local(&self, wo: DVec3, wavelengths: &[WavelengthSample], rng: &mut Rng) -> Vec<Outgoing> {
-        if self.over.coat.is_empty() {
-            return self.bsdf.sample(&self.over, wo, wavelengths, rng);
-        }
-        let reflected: Vec<f64> = self.over.coat.iter().map(|coat| 1.0 - coat.transmittance(wo.z)).collect();
-        let q = mean(&reflected);
-        if q > 0.0 && rng.next() < q {
-            let Some((wi, weight, cos)) = self.over.coat[0].sample(wo, rng.next2()) else { return vec![] };
-            let share = |coat: &Coat| weight * fresnel::dielectric(cos, coat.eta) / q;
-            let wavelengths = wavelengths.iter().zip(&self.over.coat).map(|(l, coat)| l.times(share(coat))).collect();
-            return vec![Outgoing { wi, wavelengths, transmitted: false }];
-        }
         let mut out = self.bsdf.sample(&self.over, wo, wavelengths, rng);
-        for wavelength in out.iter_mut().flat_map(|o| &mut o.wavelengths) {
-            wavelength.beta /= 1.0 - q;
+        for o in &mut out {
+            let weight = self.under_sheen(wo, o.wi) * self.of_part / (1.0 - q);
+            o.wavelengths.iter_mut().for_each(|wavelength| wavelength.beta *= weight);
         }
         out
     }

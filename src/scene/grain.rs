@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
 use crate::scene::roughness::SMOOTH;
-use crate::scene::{Geometry, Material, Mesh, Scene};
+use crate::scene::{Geometry, Mesh, Scene};
 use glam::{DVec2, DVec3, DVec4};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -75,7 +75,7 @@ impl Loader {
 impl Scene {
     /// Does this material look other where a mesh's tangents point elsewhere: by its grain, or a picture of normals?
     pub(super) fn follows_tangents(&self, index: usize) -> bool {
-        let is_mapped = |i: &usize| matches!(self.materials[*i], Material::NormalMapped { .. });
+        let is_mapped = |i: &usize| self.materials[*i].normals().is_some();
         self.has_grain(index) || self.made_of(index).iter().any(is_mapped)
     }
 

@@ -1,5 +1,6 @@
 //! Materials, and what the rest of the program asks them: where a stage does not handle every kind by itself, it asks here and knows no kinds.
 
+use super::roughness::level_at;
 use super::texture::{ImageTexture, Texture};
 use super::{Geometry, Scene, Shape};
 use crate::bsdf::fresnel;
@@ -23,6 +24,8 @@ pub enum Material {
         alpha: f64,
         /// Factor in [0, 1] on what gets through, the same both ways.
         tint: Option<Texture>,
+        /// Does an ideal coating let all through that is not reflected totally?
+        antireflective: bool,
     },
     /// A thin pane seen as one surface, with all inner bounces ([`crate::bsdf::pane`]): some is reflected, the rest goes straight through, or if it is rough
     /// is spread around that direction as what is reflected is around its.
@@ -60,9 +63,9 @@ pub enum Material {
     /// A material whose roughness varies, or what else there are levels of: of the two next to what the picture says, each in proportion
     /// ([`super::roughness`]).
     Graded {
-        /// Index of the smoothest; the others follow it.
-        first: usize,
-        /// Which levels there are, two at least.
+        /// Indices of the materials of the levels, the smoothest first.
+        materials: Vec<usize>,
+        /// Which levels these are, two at least.
         levels: std::ops::Range<usize>,
         /// Roughness in [0, 1], the root of the GGX width; or 1/16 for each level.
         roughness: Texture,
@@ -77,6 +80,8 @@ pub enum Material {
         alpha: f64,
         /// Is the colour of paint under it the one that is seen, as in glTF, so that what the coat sends down again is a part of it?
         seen: bool,
+        /// Which way it points. Under sheen as what it lies on.
+        normals: CoatNormals,
     },
     /// Sheen over another material ([`crate::bsdf::sheen`]).
     Sheen {
@@ -110,6 +115,18 @@ pub enum Material {
     },
 }
 
+/// Which way the surface of a clear coat points.
+#[derive(Debug, Clone, Default)]
+pub enum CoatNormals {
+    /// As what it lies on.
+    #[default]
+    OfBase,
+    /// As the shape does, whatever maps say of what it lies on.
+    OfShape,
+    /// As a map of its own says, likewise ([`Material::NormalMapped`]).
+    Mapped(Arc<ImageTexture>),
+}
+
 /// How light gets through a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Passage {
@@ -137,7 +154,7 @@ impl Material {
         match self {
             Material::Mix { a, b, .. } => vec![*a, *b],
             Material::NormalMapped { base, .. } | Material::Coated { base, .. } | Material::Sheen { base, .. } => vec![*base],
-            Material::Graded { first, levels, .. } => (*first..first + levels.len()).collect(),
+            Material::Graded { materials, .. } => materials.clone(),
             _ => Vec::new(),
         }
     }
@@ -159,7 +176,16 @@ impl Material {
             | Material::ColoredConductor { reflectance: texture, .. }
             | Material::Graded { roughness: texture, .. }
             | Material::Mix { weight: texture, .. } => texture.image(),
-            Material::NormalMapped { normals, .. } => Some(normals),
+            _ => self.normals(),
+        }
+    }
+
+    /// Its map of normals, if it has one.
+    pub fn normals(&self) -> Option<&Arc<ImageTexture>> {
+        match self {
+            Material::NormalMapped { normals, .. } | Material::Coated { normals: CoatNormals::Mapped(normals), .. } => {
+                Some(normals)
+            }
             _ => None,
         }
     }
@@ -322,10 +348,14 @@ impl Scene {
                 let (w, a, b) = (weight.average(nm), self.albedo(*a, nm), self.albedo(*b, nm));
                 std::array::from_fn(|i| w * a[i] + (1.0 - w) * b[i])
             }
-            Material::NormalMapped { base, .. }
-            | Material::Coated { base, .. }
-            | Material::Sheen { base, .. }
-            | Material::Graded { first: base, .. } => self.albedo(*base, nm),
+            Material::NormalMapped { base, .. } | Material::Coated { base, .. } | Material::Sheen { base, .. } => {
+                self.albedo(*base, nm)
+            }
+            Material::Graded { materials, levels, roughness } => {
+                let (level, share) = level_at(roughness.average(nm), levels);
+                let [a, b] = [0, 1].map(|next| self.albedo(materials[level - levels.start + next], nm));
+                std::array::from_fn(|i| (1.0 - share) * a[i] + share * b[i])
+            }
             Material::Boundary { .. } => [0.0, 0.0],
         }
     }

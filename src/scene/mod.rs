@@ -36,7 +36,7 @@ pub use json::settings::Setting;
 pub use lamp::profile::{Profile, ProfileCell};
 pub(crate) use light::spot_solid_angle;
 pub use light::{EnvironmentMap, EnvironmentTexels, Falloff, Light, Placement};
-pub use material::{Material, Passage};
+pub use material::{CoatNormals, Material, Passage};
 pub(crate) use mesh::read as read_mesh;
 pub use sensor::{FilmSettings, Filter, Sensor, WavelengthSampling};
 pub(crate) use starts::{SLACK, Starts};

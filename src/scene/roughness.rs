@@ -64,7 +64,8 @@ impl Loader {
                 let end = ((greatest * STEPS as f64).ceil() as usize).clamp(start + 1, STEPS) + 1;
                 let first = self.scene.materials.len();
                 self.scene.materials.extend((start..end).map(|level| make(width(level as f64 / STEPS as f64))));
-                Material::Graded { first, levels: start..end, roughness: picture.clone() }
+                let materials = (first..self.scene.materials.len()).collect();
+                Material::Graded { materials, levels: start..end, roughness: picture.clone() }
             }
         }
     }

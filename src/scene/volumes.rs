@@ -147,11 +147,8 @@ impl Scene {
                 }
             }
             Material::NormalMapped { base, .. } => *base = self.copy_with(*base, interior),
-            Material::Graded { first, levels, .. } => {
-                // Levels follow each other.
-                let copies: Vec<usize> =
-                    levels.clone().map(|level| self.copy_with(*first + level - levels.start, interior)).collect();
-                *first = copies[0];
+            Material::Graded { materials, .. } => {
+                materials.iter_mut().for_each(|level| *level = self.copy_with(*level, interior));
             }
             other => other.interior_mut().into_iter().for_each(|own| *own = interior),
         }

@@ -3,7 +3,7 @@
 use super::bodies::{Sums, summed};
 use super::volumes::MOST_BOXES;
 use super::weld::{Edge, GRAIN, Weld, connections};
-use super::{Material, Passage, Scene, Shape};
+use super::{Passage, Scene, Shape};
 use crate::geometry::{Bounds, Geometry, bounds, corners};
 use glam::DVec3;
 use std::collections::hash_map::Entry;
@@ -195,7 +195,7 @@ fn ends_of_tubes(scene: &Scene, weld: &mut Weld, shapes: &[usize], is_own: &dyn 
 }
 
 fn may_be_turned(scene: &Scene, shape: &Shape) -> bool {
-    let is_mapped = |m: usize| matches!(scene.materials[m], Material::NormalMapped { .. });
+    let is_mapped = |m: usize| scene.materials[m].normals().is_some();
     let is_even = !scene.made_of(shape.material).into_iter().any(|m| is_mapped(m) || scene.grains.contains_key(&m));
     shape.emission.is_none() && is_even
 }

@@ -5,7 +5,7 @@ use crate::scenes::*;
 use abbe::scene::initial_interiors;
 use abbe::scene::*;
 use abbe::spectrum::Ior;
-use glam::{DMat3, DVec3, dvec3};
+use glam::{DMat3, DVec3, dvec2, dvec3};
 use std::sync::Arc;
 
 #[test]
@@ -86,7 +86,14 @@ fn backward_and_forward_agree_where_shading_normals_contradict_the_geometry() {
     let mut s = room(2, 4);
     let paint = material(&mut s, Material::Diffuse { reflectance: flat(0.8).into() });
     let metal = material(&mut s, Material::Conductor { eta: flat(0.5), k: flat(3.0), alpha: 0.6 });
-    let coated = material(&mut s, Material::Coated { base: paint, ior: flint(), alpha: 0.5, seen: false });
+    // A coat that leans elsewhere again.
+    let stored = Arc::new(texture::Packed::new(4, vec![205, 90, 220, 0]));
+    let image = Arc::new(texture::Image { width: 1, height: 1, texels: texture::Texels::Vectors { stored, scale: 1.0 } });
+    let to_image = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let (wrap, factor) = ([texture::Wrap::Repeat; 2], flat(1.0));
+    let map = texture::ImageTexture { image, wrap, nearest: false, to_image, factor, cutoff: None, set: 0, tinted: false };
+    let normals = CoatNormals::Mapped(Arc::new(map));
+    let coated = material(&mut s, Material::Coated { base: paint, ior: flint(), alpha: 0.5, seen: false, normals });
     let sheen = material(&mut s, Material::Sheen { base: paint, color: flat(0.8), alpha: 0.5 });
     // Tiles whose normals lean away from the camera, and some from the light.
     let leaning = [dvec3(0.9, 0.2, 0.35), dvec3(-0.9, 0.1, 0.4), dvec3(0.1, -0.9, 0.3), dvec3(0.2, 0.9, 0.2)];
@@ -94,7 +101,8 @@ fn backward_and_forward_agree_where_shading_normals_contradict_the_geometry() {
         let x = 0.5 * i as f64 - 1.0;
         let positions = vec![dvec3(x, 0.2, 0.0), dvec3(x + 0.5, 0.2, 0.0), dvec3(x + 0.5, 1.0, -0.3), dvec3(x, 1.0, -0.3)];
         let (normals, triangles) = (vec![n.normalize(); 4], vec![[0, 1, 2], [0, 2, 3]]);
-        shape(&mut s, m, Geometry::Mesh(Arc::new(Mesh { positions, normals, triangles, ..Mesh::default() })));
+        let uvs = vec![dvec2(0.0, 0.0), dvec2(1.0, 0.0), dvec2(1.0, 1.0), dvec2(0.0, 1.0)];
+        shape(&mut s, m, Geometry::Mesh(Arc::new(Mesh { positions, normals, uvs, triangles, ..Mesh::default() })));
     }
     s.sensor = orthographic(dvec3(1.5, 1.2, 2.0), dvec3(0.0, 0.6, 0.0), 1.2);
     agree("contradicting normals", &s, 600, 4000);

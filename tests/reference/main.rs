@@ -350,7 +350,7 @@ fn interiors_are_counted_from_the_geometry() {
         Arc::new(texture::ImageTexture { image, wrap, nearest: false, to_image, factor, cutoff: None, set: 0, tinted: false });
     s.shapes[0].material = material(&mut s, Material::NormalMapped { base: outer, normals: picture.clone() });
     s.shapes[1].material =
-        material(&mut s, Material::Graded { first: outer + 1, levels: 5..6, roughness: Texture::Image(picture) });
+        material(&mut s, Material::Graded { materials: vec![outer + 1], levels: 5..6, roughness: Texture::Image(picture) });
     assert_eq!(initial_interiors(&s, &points), [vec![1, 2], vec![1], vec![], vec![]]);
 }
 

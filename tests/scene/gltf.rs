@@ -100,7 +100,9 @@ fn without_camera_and_light_it_is_framed_in_daylight_and_says_so() {
     for fragment in ["no camera", "no light"] {
         assert!(scene.notes.iter().any(|n| n.contains(fragment)), "{fragment}: {:?}", scene.notes);
     }
-    let Material::Coated { base, ior, alpha, seen } = &scene.materials[scene.shapes[0].material] else { panic!("not glossy") };
+    let Material::Coated { base, ior, alpha, seen, .. } = &scene.materials[scene.shapes[0].material] else {
+        panic!("not glossy")
+    };
     assert_eq!((ior.eval(550.0), *alpha, *seen), (1.5, 1.0, true));
     let Material::Diffuse { reflectance } = &scene.materials[*base] else { panic!("not diffuse") };
     // glTF's colours are those that are seen.

@@ -1,7 +1,8 @@
 //! Looks of glTF: what becomes of its materials.
 
 use crate::gltf::{base64, document, load_document};
-use abbe::scene::{Material, Scene};
+use abbe::scene::{CoatNormals, Material, Scene};
+use abbe::spectrum::Spectrum;
 use serde_json::{Value, json};
 
 /// A picture of one row, as a data URI.
@@ -93,9 +94,9 @@ fn pictures_of_specular_colour_and_glossiness_are_read_texel_by_texel() {
     let at = |texture: &abbe::scene::Texture, texel: usize, nm| texture.image().expect("a picture").image.eval(texel, nm);
     near(at(weight, 0, 550.0), 1.0);
     assert!(at(weight, 1, 550.0) < 0.005);
-    let Material::Graded { first, roughness, .. } = &scene.materials[*a] else { panic!("not graded") };
+    let Material::Graded { materials, roughness, .. } = &scene.materials[*a] else { panic!("not graded") };
     assert_eq!([0, 1].map(|texel| at(roughness, texel, 550.0)), [0.0, 1.0]);
-    let Material::ColoredConductor { reflectance, .. } = &scene.materials[*first] else { panic!("no metal") };
+    let Material::ColoredConductor { reflectance, .. } = &scene.materials[materials[0]] else { panic!("no metal") };
     let gold = abbe::color::upsample::color_of_reflectance(|nm| at(reflectance, 0, nm));
     assert!(gold.iter().zip([1.0, 0.76, 0.337]).all(|(a, b)| (a - b).abs() < 0.01), "{gold:?}");
 }
@@ -108,11 +109,11 @@ fn a_picture_says_how_thick_a_film_is() {
     let material = json!({"pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1], "roughnessFactor": 0.5},
         "extensions": {"KHR_materials_iridescence": extension}});
     let (scene, m) = of_material("thickness", material, &[[0, 0, 0, 255], [0, 128, 0, 255], [0, 255, 0, 255]]);
-    let Material::Graded { first, levels, roughness } = &scene.materials[m] else { panic!("{:?}", scene.materials[m]) };
+    let Material::Graded { materials, levels, roughness } = &scene.materials[m] else { panic!("{:?}", scene.materials[m]) };
     for (texel, thickness) in [200.0, 200.0 + 300.0 * 128.0 / 255.0, 500.0].into_iter().enumerate() {
         let picture = roughness.image().expect("a picture");
         let (level, share) = abbe::scene::roughness::level_at(picture.image.eval(texel, 550.0), levels);
-        let of = |level: usize| scene.thin_films[&(first + level)].thickness_nm;
+        let of = |level: usize| scene.thin_films[&materials[level]].thickness_nm;
         assert!((of(level) * (1.0 - share) + of(level + 1) * share - thickness).abs() < 0.1, "{level} {share}");
         assert!(of(level + 1) - of(level) <= 10.0 + 1e-9);
     }
@@ -128,10 +129,10 @@ fn a_picture_says_where_a_grain_points_and_how_strong_it_is() {
     let texels = [[255, 128, 255, 255], [128, 255, 128, 255], [0, 128, 0, 255], [218, 218, 255, 255]];
     let (scene, m) = of_material("grain", material, &texels);
     let level = |m: usize, texel: usize| match &scene.materials[m] {
-        Material::Graded { first, levels, roughness } => {
+        Material::Graded { materials, levels, roughness } => {
             let value = roughness.image().expect("a picture").image.eval(texel, 550.0);
             let (level, share) = abbe::scene::roughness::level_at(value, levels);
-            first + level + usize::from(share > 0.5)
+            materials[level + usize::from(share > 0.5)]
         }
         other => panic!("{other:?}"),
     };
@@ -190,4 +191,108 @@ fn films_lie_on_metals_of_a_pictured_colour() {
         let found = metals.iter().find(|(other, _)| *other == metal).map_or([0.0; 3], |(_, found)| *found);
         assert!(found.iter().zip(weights).all(|(a, b)| (a - b).abs() < 0.01), "{found:?}");
     }
+}
+
+/// Solid glass likewise: at normal incidence, from outside and from within, what its index and KHR_materials_specular say.
+#[test]
+fn solid_glass_reflects_what_its_specular_factor_and_colour_say() {
+    for (factor, color, most) in [(0.25, [1.0; 3], 0.01), (1.0, [0.5; 3], 0.02), (0.5, [10.0; 3], 0.2), (1.0, [100.0; 3], 1.0)] {
+        let extensions = json!({"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_volume": {"thicknessFactor": 1},
+            "KHR_materials_specular": {"specularFactor": factor, "specularColorFactor": color}});
+        let material = json!({"pbrMetallicRoughness": {"roughnessFactor": 0, "metallicFactor": 0}, "extensions": extensions});
+        let (scene, m) = of_material("solid-specular", material, &[WHITE]);
+        near(reflected(&scene, m), most);
+        assert!(scene.passage(m).is_ok() && scene.interior_of(m).is_some());
+        assert!(scene.notes.iter().all(|note| !note.contains("ignored")), "{:?}", scene.notes);
+    }
+}
+
+/// What smooth glass or a mirror reflects at normal incidence and 550 nm.
+fn reflected(scene: &Scene, m: usize) -> f64 {
+    match &scene.materials[m] {
+        Material::Mix { a, b, weight } => {
+            let w = weight.average(550.0);
+            w * reflected(scene, *a) + (1.0 - w) * reflected(scene, *b)
+        }
+        Material::Dielectric { antireflective: true, .. } => 0.0,
+        Material::Dielectric { interior, .. } => abbe::bsdf::fresnel::dielectric(1.0, scene.interiors[*interior].ior.eval(550.0)),
+        Material::ColoredConductor { reflectance, alpha } if *alpha == 0.0 => reflectance.average(550.0),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// A clear coat has the normals of the shape where the file gives it none, and those of what is under it where both have one picture.
+#[test]
+fn clear_coats_have_the_normals_that_the_file_gives_them() {
+    let (map, other) = (json!({"index": 0}), json!({"index": 0, "scale": 0.5}));
+    for (base, coat, expected) in [
+        (Some(&map), None, "of the shape"),
+        (Some(&map), Some(&map), "of the base"),
+        (Some(&map), Some(&other), "mapped"),
+        (None, Some(&map), "mapped"),
+        (None, None, "of the base"),
+    ] {
+        let mut material = json!({"extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1}}});
+        if let Some(base) = base {
+            material["normalTexture"] = base.clone();
+        }
+        if let Some(coat) = coat {
+            material["extensions"]["KHR_materials_clearcoat"]["clearcoatNormalTexture"] = coat.clone();
+        }
+        let (scene, m) = of_material("coat-normals", material, &[[200, 100, 220, 255]]);
+        let under = match &scene.materials[m] {
+            Material::NormalMapped { base, .. } => *base,
+            _ => m,
+        };
+        let Material::Coated { normals, .. } = &scene.materials[under] else { panic!("no coat") };
+        let found = match normals {
+            CoatNormals::OfBase => "of the base",
+            CoatNormals::OfShape => "of the shape",
+            CoatNormals::Mapped(_) => "mapped",
+        };
+        assert_eq!(found, expected, "{base:?}, {coat:?}");
+        assert!(scene.notes.iter().all(|note| !note.contains("ignored")), "{:?}", scene.notes);
+    }
+}
+
+/// Pictures of roughness, films and grains at once: levels of levels, of which there are no end.
+#[test]
+fn pictures_in_many_materials_make_no_more_materials_than_there_is_room_for() {
+    let texels = [[0, 0, 0, 255], [255, 255, 255, 255]];
+    let mut file = document();
+    let films = json!({"iridescenceFactor": 1, "iridescenceThicknessMinimum": 100, "iridescenceThicknessMaximum": 700, "iridescenceThicknessTexture": {"index": 0}});
+    file["materials"] = (0..8)
+        .map(|i| {
+            json!({"pbrMetallicRoughness": {"baseColorFactor": [0.1 * f64::from(i), 0.5, 0.5, 1], "baseColorTexture": {"index": 0},
+                "metallicRoughnessTexture": {"index": 0}},
+                "extensions": {"KHR_materials_iridescence": films,
+                    "KHR_materials_anisotropy": {"anisotropyStrength": 1, "anisotropyTexture": {"index": 0}}}})
+        })
+        .collect();
+    let mesh = file["meshes"][0].clone();
+    file["meshes"][0]["primitives"] = (0..8)
+        .map(|i| {
+            let mut primitive = mesh["primitives"][0].clone();
+            primitive["material"] = json!(i);
+            primitive
+        })
+        .collect();
+    file["textures"] = json!([{"source": 0}]);
+    file["images"] = json!([{"uri": picture(&texels)}]);
+    let scene = load_document("many-levels", &file).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(scene.shapes.len(), 8);
+    assert!((1 << 15..1 << 16).contains(&scene.materials.len()), "{}", scene.materials.len());
+    assert_eq!(scene.notes.iter().filter(|note| note.contains("of the rest of them the mean counts")).count(), 1);
+}
+
+/// Of a surface that varies the albedo is that of the levels around its mean, not of its first.
+#[test]
+fn the_albedo_of_what_varies_is_that_of_its_mean() {
+    let (mut scene, _) = of_material("albedo", json!({}), &[WHITE]);
+    let paint = |v: f64| Material::Diffuse { reflectance: Spectrum::Constant(v).into() };
+    let first = scene.materials.len();
+    scene.materials.extend([paint(0.2), paint(0.4), paint(0.8)]);
+    let materials = vec![first, first + 2, first + 1];
+    scene.materials.push(Material::Graded { materials, levels: 4..7, roughness: Spectrum::Constant(5.25 / 16.0).into() });
+    near(scene.albedo(first + 3, 550.0)[0], 0.75 * 0.8 + 0.25 * 0.4);
 }

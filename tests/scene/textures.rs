@@ -254,8 +254,9 @@ fn gltf_metal_transmission_and_emission_have_pictures() {
     let Material::Mix { a: metal, b: rest, weight: metallic } = &scene.materials[scene.shapes[0].material] else {
         panic!("no mixture")
     };
-    let Material::Graded { first, levels, roughness } = &scene.materials[*metal] else { panic!("of one roughness") };
-    let widths = levels.clone().map(|level| match &scene.materials[first + level - levels.start] {
+    let Material::Graded { materials, levels, roughness } = &scene.materials[*metal] else { panic!("of one roughness") };
+    assert_eq!(*levels, 0..9);
+    let widths = materials.iter().map(|&level| match &scene.materials[level] {
         Material::ColoredConductor { alpha, .. } => *alpha,
         other => panic!("{other:?} is not metal"),
     });
@@ -263,8 +264,8 @@ fn gltf_metal_transmission_and_emission_have_pictures() {
     assert!(widths.eq(expected), "from 0 to 0.5 in steps of 1/16");
     assert_eq!([dvec2(0.25, 0.25), dvec2(0.75, 0.25)].map(|uv| roughness.eval(500.0, uv)), [0.0, 0.5]);
     let Material::Mix { a: glass, b: paint, weight: clear } = &scene.materials[*rest] else { panic!("no mixture below") };
-    let Material::Graded { first, .. } = scene.materials[*glass] else { panic!("of one roughness") };
-    assert!(matches!(scene.materials[first], Material::Dielectric { .. }));
+    let Material::Graded { materials, .. } = &scene.materials[*glass] else { panic!("of one roughness") };
+    assert!(matches!(scene.materials[materials[0]], Material::Dielectric { .. }));
     assert!(matches!(scene.materials[*paint], Material::Graded { .. }));
     // Blue says how metallic, red how clear.
     let [red, blue] = [dvec2(0.25, 0.25), dvec2(0.25, 0.75)];

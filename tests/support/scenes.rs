@@ -102,7 +102,7 @@ pub fn lamp(scene: &mut Scene, geometry: Geometry, radiance: Spectrum) {
 pub fn glass(scene: &mut Scene, interior: Interior, alpha: f64) -> usize {
     scene.interiors.push(interior);
     let interior = scene.interiors.len() - 1;
-    material(scene, Material::Dielectric { interior, alpha, tint: None })
+    material(scene, Material::Dielectric { interior, alpha, tint: None, antireflective: false })
 }
 
 pub fn sphere(center: DVec3, radius: f64) -> Geometry {

@@ -209,7 +209,7 @@ fn describe_shape(scene: &Scene, shape: &Shape, file: &Path) -> std::result::Res
     let mut described = match &scene.materials[shape.material] {
         Material::Diffuse { reflectance } => json!({"kind": "diffuse", "reflectance": uniform(reflectance)?}),
         Material::Conductor { eta, k, alpha: 0.0 } => json!({"kind": "conductor", "eta": spectrum(eta), "k": spectrum(k)}),
-        Material::Dielectric { interior, alpha: 0.0, tint: None } => {
+        Material::Dielectric { interior, alpha: 0.0, tint: None, antireflective: false } => {
             json!({"kind": "dielectric", "ior": ior(&scene.interiors[*interior].ior)})
         }
         Material::Boundary { interior: Some(_) } => json!({"kind": "fog"}),

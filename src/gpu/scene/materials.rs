@@ -7,7 +7,7 @@ use crate::bsdf::energy::EnergyTable;
 use crate::bsdf::ggx::Width;
 use crate::error::{Error, Result};
 use crate::gpu::layout::{self, Material, NO_INDEX};
-use crate::scene::{self, Scene};
+use crate::scene::{self, CoatNormals, Scene};
 
 /// The record of every material, and the tables that they refer to.
 pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures) -> Result<(Vec<Material>, Vec<f32>)> {
@@ -28,13 +28,13 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures) -> 
                 let (a, texture) = textures.add(transmittance, rows);
                 Material { kind: layout::MATERIAL_KIND_DIFFUSE_TRANSMISSION, a, texture, ..none }
             }
-            scene::Material::Dielectric { interior, alpha, tint } => {
+            scene::Material::Dielectric { interior, alpha, tint, antireflective } => {
                 let (b, texture) = tint.as_ref().map_or((NO_INDEX, NO_INDEX), |tint| textures.add(tint, rows));
-                let glass = Material { interior: ranks[*interior], b, texture, ..none };
+                let glass = Material { interior: ranks[*interior], a: u32::from(*antireflective), b, texture, ..none };
                 if *alpha == 0.0 {
                     return Material { kind: layout::MATERIAL_KIND_SMOOTH_DIELECTRIC, ..glass };
                 }
-                let table = tables.add(Table::Dielectric(*alpha));
+                let table = tables.add(Table::Dielectric(*alpha, *antireflective));
                 Material { kind: layout::MATERIAL_KIND_ROUGH_DIELECTRIC, alpha: *alpha as f32, table, ..glass }
             }
             scene::Material::ThinDielectric { ior, alpha, tint, depth } => {
@@ -51,23 +51,29 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures) -> 
                 let (a, texture) = textures.add(reflectance, rows);
                 tables.of_facets(Material { a, texture, b: NO_INDEX, ..none }, &METALS, *alpha, scene.grains.get(&index))
             }
-            scene::Material::Graded { first, levels, roughness } => {
+            scene::Material::Graded { materials, levels, roughness } => {
                 let (a, texture) = textures.add(roughness, rows);
-                // Level 0 need not be there: the index wraps around, and back.
-                let b = (*first as u32).wrapping_sub(levels.start as u32);
+                let table = tables.append(&materials.iter().map(|&m| m as f64).collect::<Vec<_>>());
                 let c = levels.start as u32 | (levels.end as u32 - 1) << 16;
-                let interior = interior_index(scene.interior_of(*first));
-                Material { kind: layout::MATERIAL_KIND_GRADED, interior, a, b, c, texture, ..none }
+                let interior = interior_index(scene.interior_of(index));
+                Material { kind: layout::MATERIAL_KIND_GRADED, interior, a, c, table, texture, ..none }
             }
-            scene::Material::Coated { base, ior, alpha, seen } => Material {
-                kind: layout::MATERIAL_KIND_COATED,
-                a: rows.add(SpectrumRow::Ior(ior.clone())),
-                b: *base as u32,
-                c: u32::from(*seen),
-                alpha: *alpha as f32,
-                table: tables.add(Table::Coat(*alpha)),
-                ..none
-            },
+            scene::Material::Coated { base, ior, alpha, seen, normals } => {
+                let normals = match normals {
+                    CoatNormals::OfBase => 0,
+                    CoatNormals::OfShape => 1,
+                    CoatNormals::Mapped(normals) => 2 + textures.add(&scene::Texture::Image(normals.clone()), rows).1,
+                };
+                Material {
+                    kind: layout::MATERIAL_KIND_COATED,
+                    a: rows.add(SpectrumRow::Ior(ior.clone())),
+                    b: *base as u32,
+                    c: u32::from(*seen) | normals << 1,
+                    alpha: *alpha as f32,
+                    table: tables.add(Table::Coat(*alpha)),
+                    ..none
+                }
+            }
             scene::Material::Sheen { base, color, alpha } => Material {
                 kind: layout::MATERIAL_KIND_SHEEN,
                 a: rows.spectrum(color),
@@ -126,7 +132,8 @@ struct Tables {
 /// A table, of a GGX width.
 #[derive(Clone, Copy, PartialEq)]
 enum Table {
-    Dielectric(f64),
+    /// With an ideal coating, or without.
+    Dielectric(f64, bool),
     Coat(f64),
     Conductor(f64),
     /// And of a grain.
@@ -138,7 +145,8 @@ impl Table {
     fn entries(self, brushed: &mut Vec<(Width, Vec<f64>)>) -> Vec<f64> {
         let flat = |table: EnergyTable| [table.missing, table.mean].concat();
         match self {
-            Table::Dielectric(alpha) => flat(EnergyTable::dielectric(alpha)),
+            Table::Dielectric(alpha, false) => flat(EnergyTable::dielectric(alpha)),
+            Table::Dielectric(alpha, true) => flat(EnergyTable::antireflective(alpha)),
             Table::Coat(alpha) => flat(EnergyTable::coat(alpha)),
             Table::Conductor(alpha) => flat(EnergyTable::conductor(alpha)),
             Table::Brushed(alpha, grain) => {

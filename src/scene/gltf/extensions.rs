@@ -100,7 +100,7 @@ mod tests {
     fn losses_of(kind: &str) -> Vec<&'static str> {
         let (_, known) = KINDS.iter().find(|(name, _)| *name == kind).copied().unwrap_or_default();
         let lost = |fate: &Use| match fate {
-            Use::Lost(what) | Use::Except(what) => vec![*what],
+            Use::Lost(what) => vec![*what],
             Use::Object(kind) if *kind != "texture" => losses_of(kind),
             _ => Vec::new(),
         };

@@ -1,19 +1,21 @@
 //! glTF materials as Abbe's: metal is a conductor, transmission glass, the rest paint under a coat, and what lies between a mixture; alpha mixes with
 //! nothing at all. A clear coat lies on metal, and on paint in place of paint's own coat, from which nothing would tell it: their indices are the same.
 
-use crate::bsdf::sheen::LEAST;
 use crate::color::cie;
 use crate::color::upsample;
 use crate::error::Result;
 use crate::scene::gltf::texture::{Textures, Use, UvSets};
 use crate::scene::json::Node;
 use crate::scene::json::load::Loader;
-use crate::scene::roughness::Roughness;
-use crate::scene::texture::Texels;
-use crate::scene::{Emission, Interior, Material, Texture};
+use crate::scene::roughness::{self, Roughness};
+use crate::scene::texture::{ImageTexture, Texels};
+use crate::scene::{Emission, Material, Texture};
 use crate::spectrum::library::Observer;
-use crate::spectrum::{Ior, Spectrum};
+use crate::spectrum::{LINE_D_NM, Spectrum};
+use std::sync::Arc;
 
+mod coat;
+mod glass;
 mod levels;
 mod paint;
 pub(in crate::scene::gltf) mod specular_glossiness;
@@ -47,6 +49,7 @@ const SLOTS: &[&str] = &[
     "diffuseTransmissionColorTexture",
     "clearcoatTexture",
     "clearcoatRoughnessTexture",
+    "clearcoatNormalTexture",
     "iridescenceTexture",
     "iridescenceThicknessTexture",
     "anisotropyTexture",
@@ -71,10 +74,8 @@ const PICTURED: [&str; 8] = [
 
 /// What is older than metalness, and takes the place of that.
 const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
-/// Index of clear coats (KHR_materials_clearcoat).
-const CLEAR_COAT: f64 = 1.5;
-/// Indices above are as good as infinite: 10,000 reflects all but 0.04 %.
-const GREATEST_INDEX: f64 = 1e4;
+/// Where there are more materials, pictures make no more of them.
+const MOST_MATERIALS: usize = 1 << 15;
 
 /// One glTF material being read.
 struct Reader<'r, 'n, 't> {
@@ -112,7 +113,6 @@ pub(in crate::scene) fn material(
     let material = match given {
         Some(given) => given,
         None => {
-            reader.note_losses();
             let surface = match reader.extension(SPECULAR_GLOSSINESS) {
                 Some(node) => reader.specular_glossiness(&node)?,
                 None => reader.surface()?,
@@ -140,16 +140,24 @@ impl<'n> Reader<'_, 'n, '_> {
         self.loader.note(format!("{}: {text}", self.node.file.display()));
     }
 
-    fn note_losses(&mut self) {
-        if self.extension("KHR_materials_clearcoat").is_some_and(|c| c.get("clearcoatNormalTexture").is_some()) {
-            self.note("normals of clear coats: ignored, they are those of what is under them (KHR_materials_clearcoat)");
-        }
-    }
-
     /// Adds the material that `make` makes of a GGX width, of this roughness.
     fn push_rough(&mut self, roughness: &Roughness, make: impl Fn(f64) -> Material) -> usize {
-        let material = self.loader.rough(roughness, make);
+        let material = match roughness {
+            Roughness::Picture(picture, _) if self.is_full() => make(roughness::width(picture.average(LINE_D_NM))),
+            roughness => self.loader.rough(roughness, make),
+        };
         self.push(material)
+    }
+
+    /// Have pictures of roughness, films and grains made so many materials that means must do for the rest?
+    fn is_full(&mut self) -> bool {
+        let full = self.loader.scene.materials.len() > MOST_MATERIALS;
+        if full {
+            self.note(&format!(
+                "pictures of roughness, films and grains come to more than {MOST_MATERIALS} materials: of the rest of them the mean counts"
+            ));
+        }
+        full
     }
 
     fn push(&mut self, material: Material) -> usize {
@@ -266,92 +274,22 @@ impl<'n> Reader<'_, 'n, '_> {
         Ok(self.mix(surface, nothing, presence))
     }
 
-    /// The same with panes for solid glass, if there is some. What is behind a surface that is there in part would be glass for some of the light and none
-    /// for the rest, which makes light or loses it; a thin wall has nothing behind it.
-    fn thin(&mut self, surface: usize) -> usize {
-        let solid = self.loader.scene.made_of(surface).into_iter().find_map(|m| self.loader.scene.materials[m].interface());
-        let Some((interior, _)) = solid else { return surface };
-        let Interior { name, ior, .. } = self.loader.scene.interiors[interior].clone();
-        self.note(&format!(
-            "the solid glass {name:?} has an alpha below 1, of which no solid can be made: it counts as a thin pane that is there in part; set alphaMode \
-             to OPAQUE for solid glass"
-        ));
-        self.thin_part(surface, &ior)
-    }
-
-    fn thin_part(&mut self, surface: usize, ior: &Ior) -> usize {
-        let part = match self.loader.scene.materials[surface].clone() {
-            Material::Dielectric { alpha, tint, .. } => {
-                Material::ThinDielectric { ior: ior.clone(), alpha, tint, depth: Spectrum::Constant(0.0) }
-            }
-            Material::Mix { a, b, weight } => Material::Mix { a: self.thin_part(a, ior), b: self.thin_part(b, ior), weight },
-            Material::NormalMapped { base, normals } => Material::NormalMapped { base: self.thin_part(base, ior), normals },
-            Material::Graded { first, levels, roughness } if self.loader.scene.materials[first].interface().is_some() => {
-                let thin: Vec<usize> = (first..first + levels.len()).map(|level| self.thin_part(level, ior)).collect();
-                Material::Graded { first: thin[0], levels, roughness }
-            }
-            _ => return surface,
-        };
-        self.push(part)
-    }
-
     fn normal_mapped(&mut self, base: usize) -> Result<usize> {
         let Some(info) = self.node.get("normalTexture") else { return Ok(base) };
+        let normals = self.map_of_normals(&info)?;
+        Ok(normals.map_or(base, |normals| self.push(Material::NormalMapped { base, normals })))
+    }
+
+    fn map_of_normals(&mut self, info: &Node) -> Result<Option<Arc<ImageTexture>>> {
         let scale = info.get("scale").map_or(Ok(1.0), |n| n.within(-100.0, 100.0))?;
-        let normals = self.textures.read(&info, self.uv_sets, Use::Normals(scale), Spectrum::Constant(1.0), None)?;
-        Ok(match normals {
-            Some(Texture::Image(normals)) => self.push(Material::NormalMapped { base, normals }),
-            _ => base,
-        })
+        let normals = self.textures.read(info, self.uv_sets, Use::Normals(scale), Spectrum::Constant(1.0), None)?;
+        Ok(normals.and_then(|normals| normals.image().cloned()))
     }
 
     /// Roughness from a factor of `node` and the green channel of a texture.
     fn roughness(&mut self, node: Option<Node<'n>>, key: &str, default: f64, slot: &str) -> Result<Roughness> {
         let factor = factor(node.as_ref(), key, default, 1.0)?;
         Ok(Roughness::pictured(self.share(factor, slot, 1, None)?))
-    }
-
-    /// The clear coat: how much of it there is, and its roughness; nothing where there is none.
-    fn lacquer(&mut self) -> Result<Option<(Texture, Roughness)>> {
-        let Some(node) = self.extension("KHR_materials_clearcoat") else { return Ok(None) };
-        let share = self.share(factor(Some(&node), "clearcoatFactor", 0.0, 1.0)?, "clearcoatTexture", 0, None)?;
-        let roughness = self.roughness(Some(node), "clearcoatRoughnessFactor", 0.0, "clearcoatRoughnessTexture")?;
-        Ok((!share.is_zero()).then_some((share, roughness)))
-    }
-
-    /// `bare` as it is where there is no lacquer, and where there is some, `base` under it.
-    fn lacquered(&mut self, base: usize, bare: usize, lacquer: &Option<(Texture, Roughness)>) -> usize {
-        let Some((share, roughness)) = lacquer else { return bare };
-        let coated = self.coated(base, &Ior::constant(CLEAR_COAT), roughness);
-        self.mix(coated, bare, share.clone())
-    }
-
-    /// Colour and roughness of sheen; nothing where there is none.
-    fn sheen(&mut self) -> Result<Option<(Spectrum, Roughness)>> {
-        let Some(node) = self.extension("KHR_materials_sheen") else { return Ok(None) };
-        let rgb = colour(Some(&node), "sheenColorFactor", [0.0; 3], 1.0)?;
-        if rgb == [0.0; 3] {
-            return Ok(None);
-        }
-        let mut color = upsample::reflectance_from_linear_srgb(rgb).map_err(|e| node.fail(e, "use another colour"))?;
-        if let Some(info) = self.info("sheenColorTexture") {
-            let one = Spectrum::Constant(1.0);
-            if let Some(picture) = self.textures.read(&info, self.uv_sets, Use::Reflectance(rgb), one, None)? {
-                self.note("pictures of the colour of sheen: their mean counts (KHR_materials_sheen)");
-                color = Spectrum::sampled(self.loader.reader.range, |nm| picture.average(nm));
-            }
-        }
-        let roughness = factor(Some(&node), "sheenRoughnessFactor", 0.0, 1.0)?;
-        let roughness = Roughness::pictured(self.share(roughness, "sheenRoughnessTexture", 3, None)?);
-        if self.extension("KHR_materials_clearcoat").is_some() {
-            self.note("sheen under clear coats: it lies on them (KHR_materials_sheen)");
-        }
-        Ok(Some((color, roughness)))
-    }
-
-    fn under_sheen(&mut self, base: usize, sheen: &Option<(Spectrum, Roughness)>) -> usize {
-        let Some((color, roughness)) = sheen else { return base };
-        self.push_rough(roughness, |alpha| Material::Sheen { base, color: color.clone(), alpha: alpha.max(LEAST) })
     }
 
     /// KHR_materials_unlit: it shines as bright as it is painted, 1 cd m^-2 where that is white, and reflects nothing.
@@ -372,59 +310,6 @@ impl<'n> Reader<'_, 'n, '_> {
         let material = self.present(material, true)?;
         let emission = (!radiance.is_zero()).then_some(Emission { radiance, two_sided: true });
         Ok(Look { material, emission, uv_sets: self.uv_sets, pane: None })
-    }
-
-    /// Glass of this roughness; its base colour tints what gets through, at each surface anew.
-    fn glass(&mut self, base: &Texture, rough: &Roughness) -> Result<usize> {
-        let Some(ior) = self.ior()? else {
-            // An infinite index reflects all light.
-            let white = Texture::from(Spectrum::Constant(1.0));
-            return Ok(self.push_rough(rough, |alpha| Material::ColoredConductor { reflectance: white.clone(), alpha }));
-        };
-        let tint = Some(base.clone()).filter(|tint| !matches!(tint, Texture::Uniform(Spectrum::Constant(1.0))));
-        let name = self.node.get("name").and_then(|n| n.value.as_str()).unwrap_or("glass").to_string();
-        let volume = self
-            .extension("KHR_materials_volume")
-            .filter(|v| v.get("thicknessFactor").is_some_and(|t| t.number().is_ok_and(|t| t > 0.0)));
-        if volume.is_none() && !self.solid {
-            self.note(&format!(
-                "the glass {name:?} has no thickness (KHR_materials_volume) and counts as a thin pane that refracts nothing; to make it solid, \
-                 set a thickness in the exporter or \"override\" it in a scene"
-            ));
-            self.pane = Some(name);
-            let (ior, _) = self.gloss()?;
-            let depth = Spectrum::Constant(0.0);
-            let pane = |alpha| Material::ThinDielectric { ior: ior.clone(), alpha, tint: tint.clone(), depth: depth.clone() };
-            return Ok(self.push_rough(rough, pane));
-        }
-        let volume = volume.or(self.extension("KHR_materials_volume"));
-        let sigma_a = volume.map_or(Ok(Spectrum::Constant(0.0)), |volume| absorption(&volume, self.loader.reader.range))?;
-        let interior = self.loader.volume(Interior { ior, priority: 1, sigma_a, ..Interior::vacuum(&name) });
-        Ok(self.push_rough(rough, |alpha| Material::Dielectric { interior, alpha, tint: tint.clone() }))
-    }
-
-    /// The index of refraction: of the glass that the material's custom property "glass" names, or from KHR_materials_ior and the dispersion, which may
-    /// be a custom property too, as not every exporter knows KHR_materials_dispersion. `None` stands for an infinite one, written as 0.
-    fn ior(&self) -> Result<Option<Ior>> {
-        let extras = self.node.get("extras");
-        if let Some(glass) = extras.as_ref().and_then(|e| e.get("glass")) {
-            return self.loader.reader.ior(&glass).map(Some);
-        }
-        let ior = factor(self.extension("KHR_materials_ior").as_ref(), "ior", 1.5, f64::MAX)?;
-        if ior == 0.0 || ior > GREATEST_INDEX {
-            return Ok(None);
-        }
-        if ior < 1.0 {
-            self.loader
-                .reader
-                .remarks
-                .note(self.node, &format!("an index of {ior} counts as 1: it is 0, for one without end, or 1 and more"));
-        }
-        let dispersion = factor(self.extension("KHR_materials_dispersion").or(extras).as_ref(), "dispersion", 0.0, 100.0)?;
-        let ior = Ior::from_abbe_number(ior.max(1.0), if dispersion > 0.0 { 20.0 / dispersion } else { f64::INFINITY });
-        let (lo, hi) = self.loader.reader.range;
-        ior.check_range(lo, hi).map_err(|problem| self.node.fail(problem, "use a smaller dispersion"))?;
-        Ok(Some(ior))
     }
 
     fn emission(&mut self) -> Result<Option<Emission>> {
@@ -468,18 +353,6 @@ fn colour(node: Option<&Node>, key: &str, default: [f64; 3], most: f64) -> Resul
 /// A colour in linear sRGB as a reflectance.
 fn rgb_texture(node: &Node, rgb: [f64; 3]) -> Result<Texture> {
     Ok(upsample::reflectance_from_linear_srgb(rgb).map_err(|e| node.fail(e, "use another colour"))?.into())
-}
-
-/// KHR_materials_volume: transmittance `attenuationColor` over `attenuationDistance` metres, as a coefficient in m^-1.
-fn absorption(volume: &Node, range: (f64, f64)) -> Result<Spectrum> {
-    let rgb = colour(Some(volume), "attenuationColor", [1.0; 3], 1.0)?;
-    let Some(distance) = volume.get("attenuationDistance") else { return Ok(Spectrum::Constant(0.0)) };
-    let distance = distance.length()?;
-    if rgb == [1.0; 3] {
-        return Ok(Spectrum::Constant(0.0));
-    }
-    let colour = upsample::reflectance_from_linear_srgb(rgb).map_err(|problem| volume.fail(problem, "use another colour"))?;
-    Ok(colour.attenuation(distance, range))
 }
 
 /// Is it 1 everywhere? Colours are taken not to be: of them only the brightest wavelength is known.

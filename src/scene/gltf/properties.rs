@@ -19,10 +19,8 @@ pub(in crate::scene) enum Use {
     Nothing,
     /// It is lost: what it stands for.
     Lost(&'static str),
-    /// Likewise, where who reads the object says so, as it may not matter.
-    Except(&'static str),
 }
-use Use::{Except, Lost, Nothing, Object, Value as Read, Within};
+use Use::{Lost, Nothing, Object, Value as Read, Within};
 
 const SHARE: Use = Within(0.0, 1.0);
 const PICTURE: Use = Object("texture");
@@ -62,7 +60,7 @@ pub(in crate::scene) const KINDS: &[(&str, &[(&str, Use)])] = &[
             ("clearcoatTexture", PICTURE),
             ("clearcoatRoughnessFactor", SHARE),
             ("clearcoatRoughnessTexture", PICTURE),
-            ("clearcoatNormalTexture", Except("normals of its own")),
+            ("clearcoatNormalTexture", PICTURE),
         ],
     ),
     (
@@ -239,7 +237,7 @@ impl Losses {
                     member.array(0).unwrap_or_default().iter().for_each(|m| self.object(m, kind));
                 }
                 Some(Object(kind)) => self.object(&member, kind),
-                Some(Read | Nothing | Except(_)) => {}
+                Some(Read | Nothing) => {}
             }
         }
         self.extensions(node);

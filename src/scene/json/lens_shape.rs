@@ -41,7 +41,7 @@ impl Loader {
                     let is_ground = finish == Finish::Edge;
                     *materials.entry((interior, is_ground)).or_insert_with(|| {
                         let alpha = if is_ground { GROUND } else { 0.0 };
-                        self.scene.materials.push(Material::Dielectric { interior, alpha, tint: None });
+                        self.scene.materials.push(Material::Dielectric { interior, alpha, tint: None, antireflective: false });
                         self.scene.materials.len() - 1
                     })
                 }

@@ -7,7 +7,7 @@ use crate::scene::json::Node;
 use crate::scene::json::keys::Keys;
 use crate::scene::json::load::Loader;
 use crate::scene::json::spectra::Place;
-use crate::scene::{Interior, Material, Passage, Scene, Texture, ThinFilm};
+use crate::scene::{CoatNormals, Interior, Material, Passage, Scene, Texture, ThinFilm};
 use crate::spectrum::{Ior, Spectrum, library};
 use std::collections::HashMap;
 
@@ -210,7 +210,12 @@ impl Materials {
                 }
                 let interior = self.named_or_inline(loader, name, &inner, 1)?;
                 let (roughness, tint) = (loader.roughness(&inner)?, tint(loader, &inner)?);
-                loader.rough(&roughness, |alpha| Material::Dielectric { interior, alpha, tint: tint.clone() })
+                loader.rough(&roughness, |alpha| Material::Dielectric {
+                    interior,
+                    alpha,
+                    tint: tint.clone(),
+                    antireflective: false,
+                })
             }
             "thin_dielectric" => {
                 let ior = loader.reader.ior(&inner.need("ior")?)?;
@@ -248,7 +253,13 @@ impl Materials {
                 let ior = loader.reader.ior(&inner.need("ior")?)?;
                 note_extrapolation(loader, name, &ior);
                 let (base, roughness) = (loader.material_index(&inner.need("of")?)?, loader.roughness(&inner)?);
-                loader.rough(&roughness, |alpha| Material::Coated { base, ior: ior.clone(), alpha, seen: false })
+                loader.rough(&roughness, |alpha| Material::Coated {
+                    base,
+                    ior: ior.clone(),
+                    alpha,
+                    seen: false,
+                    normals: CoatNormals::OfBase,
+                })
             }
             "sheen" => {
                 let color = loader.reader.spectrum(&inner.need("color")?, Place::Share)?;
@@ -316,7 +327,7 @@ fn tint(loader: &mut Loader, node: &Node) -> Result<Option<Texture>> {
 /// The film on a material, or of a pane that is one itself.
 fn film(loader: &Loader, node: &Node, material: &Material) -> Result<Option<ThinFilm>> {
     let (_, inner) = node.one_of(MATERIALS)?;
-    let first = if let Material::Graded { first, .. } = material { &loader.scene.materials[*first] } else { material };
+    let first = if let Material::Graded { materials, .. } = material { &loader.scene.materials[materials[0]] } else { material };
     let (node, own_ior) = match (first, inner.get("thin_film"), inner.get("thickness")) {
         (Material::ThinDielectric { .. }, Some(node), Some(_)) => {
             return Err(node.fail("a film on what absorbs, or is a film itself", "leave out \"thickness\", or the film"));
@@ -467,17 +478,16 @@ fn check_parts(materials: &[Material], index: usize, depth: usize) -> std::resul
                 Err("sheen lies on paint, metal or what is coated, or on mixtures of them".into())
             }
         }
-        Material::NormalMapped { base, .. } | Material::Graded { first: base, .. } => check_parts(materials, *base, depth + 1),
-        Material::Mix { a, b, .. } => [a, b].into_iter().try_for_each(|&part| check_parts(materials, part, depth + 1)),
-        _ => Ok(()),
+        part => part.parts().into_iter().try_for_each(|part| check_parts(materials, part, depth + 1)),
     }
 }
 
 fn wears_sheen(materials: &[Material], index: usize) -> bool {
     match &materials[index] {
         Material::Coated { .. } => true,
-        Material::Graded { first, .. } => wears_sheen(materials, *first),
-        Material::Mix { a, b, .. } => wears_sheen(materials, *a) && wears_sheen(materials, *b),
+        part @ (Material::Graded { .. } | Material::Mix { .. }) => {
+            part.parts().into_iter().all(|part| wears_sheen(materials, part))
+        }
         _ => is_coatable(materials, index),
     }
 }
@@ -488,8 +498,9 @@ fn is_coatable(materials: &[Material], index: usize) -> bool {
         | Material::DiffuseTransmission { .. }
         | Material::Conductor { .. }
         | Material::ColoredConductor { .. } => true,
-        Material::Graded { first, .. } => is_coatable(materials, *first),
-        Material::Mix { a, b, .. } => is_coatable(materials, *a) && is_coatable(materials, *b),
+        part @ (Material::Graded { .. } | Material::Mix { .. }) => {
+            part.parts().into_iter().all(|part| is_coatable(materials, part))
+        }
         _ => false,
     }
 }

@@ -92,6 +92,8 @@ fn norm(m: &DMat3) -> f64 {
 impl Loader {
     /// Instances that are not worth sharing become meshes of their own.
     pub(in crate::scene) fn flatten_the_few(&mut self) {
+        // What they were made of is no longer needed beside them: of a large mesh that is much.
+        self.shared = SharedMeshes::default();
         let mut uses: HashMap<*const Mesh, usize> = HashMap::new();
         let instances =
             self.scene.shapes.iter().filter_map(|s| if let Geometry::Instance(i) = &s.geometry { Some(i) } else { None });

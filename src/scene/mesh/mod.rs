@@ -60,19 +60,17 @@ pub fn place(mesh: &Mesh, m: &DMat4) -> Result<(Mesh, usize), Flaw> {
     for uvs in [&mut placed.uvs, &mut placed.more_uvs] {
         uvs.iter_mut().zip(&used).filter(|(_, used)| !**used).for_each(|(uv, _)| *uv = DVec2::ZERO);
     }
-    let positions = &placed.positions;
-    if let Some(i) = positions.iter().position(is_far) {
+    if let Some(i) = placed.positions.iter().position(is_far) {
         return Err((format!("vertex {i} lies beyond 1e9 m"), "use metres: scale the mesh down".into()));
     }
     let mirrored = linear.determinant() < 0.0;
-    let turned = |t: &[u32; 3]| if mirrored { [t[0], t[2], t[1]] } else { *t };
-    let corners = |t: &[u32; 3]| t.map(|v| positions[v as usize]);
-    let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(turned).filter(|t| !is_flat(corners(t))).collect();
     if mirrored {
+        placed.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         placed.tangents.iter_mut().for_each(|t| t.w = -t.w);
     }
+    let Mesh { positions, triangles, .. } = &mut placed;
+    triangles.retain(|t| !is_flat(t.map(|v| positions[v as usize])));
     let dropped = mesh.triangles.len() - triangles.len();
-    placed.triangles = triangles;
     if placed.normals.contains(&DVec3::ZERO) {
         let computed = smooth_normals(&placed);
         for (normal, own) in placed.normals.iter_mut().zip(computed) {

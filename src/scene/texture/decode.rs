@@ -1,5 +1,6 @@
 //! Pictures decoded once, whoever names them, within what memory there is for them.
 
+use super::cmyk::srgb_of_inks;
 use super::exr;
 use super::picture::{Picture, Samples};
 use super::space::ColorSpace;
@@ -116,6 +117,10 @@ fn decode(bytes: &[u8], name: &str, node: &Node, bands: Option<&Bands>) -> Resul
 
 fn of_image(decoded: DynamicImage, format: Option<ImageFormat>, bytes: &[u8], icc: Option<Vec<u8>>) -> Picture {
     let (width, height) = (decoded.width(), decoded.height());
+    let inks = icc.as_ref().filter(|_| format == Some(ImageFormat::Jpeg)).and_then(|icc| srgb_of_inks(bytes, icc));
+    if let Some(colors) = inks.filter(|colors| colors.len() == 3 * width as usize * height as usize) {
+        return Picture::new(width, height, 3, Samples::Bytes(colors), None, Vec::new());
+    }
     let (channels, samples) = match decoded {
         DynamicImage::ImageLuma8(i) => (1, Samples::Bytes(i.into_raw())),
         DynamicImage::ImageLumaA8(i) => (2, Samples::Bytes(i.into_raw())),

@@ -3,6 +3,7 @@
 //! A colour is the coefficients of a sigmoid ([`crate::spectrum::sigmoid`]) and a factor. Between texels it is the spectra that are interpolated, not their
 //! coefficients, so that what is seen from afar is the mean of what is seen from near.
 
+mod cmyk;
 pub(in crate::scene) mod decode;
 mod exr;
 pub(in crate::scene) mod image;

@@ -79,7 +79,9 @@ impl ColorSpace {
                     ColorSpace::Tables(transform.map_err(|_| unreadable)?)
                 }
             },
-            (DataColorSpace::Cmyk, 3) => return Err("the colours of a CMYK picture are converted without regard to its profile"),
+            (DataColorSpace::Cmyk, 3) => {
+                return Err("the colour profile of four inks cannot be read, and the colours are converted without regard to it");
+            }
             _ => return Err("the colour profile is not one for such pictures, and sRGB is taken"),
         };
         Ok(space.unless_srgb())

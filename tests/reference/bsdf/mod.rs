@@ -109,7 +109,7 @@ fn directions_are_sampled_with_the_density_that_is_claimed() {
             let wo = tilted(mu);
             chi_square("vndf", |m| ggx::pdf_vndf(alpha, wo, m), |r| Some(ggx::sample_vndf(alpha, wo, r.array())));
             for eta in [1.5, 1.0 / 1.5] {
-                let b = RoughDielectric { alpha, eta, energy: &table };
+                let b = RoughDielectric { alpha, eta, reflectance: fresnel::dielectric, energy: &table };
                 chi_square(&format!("dielectric {alpha} {mu} {eta}"), |w| b.pdf(wo, w), |r| b.sample(wo, r.array()).map(|s| s.0));
             }
             let b = RoughConductor { alpha: alpha.into(), energy: &mirror };
@@ -124,7 +124,7 @@ fn weights_of_rough_samples_are_value_over_density() {
     let (alpha, mut random) = (0.5, Random(3));
     let table = EnergyTable::dielectric(alpha);
     for eta in [1.5, 1.0 / 1.5] {
-        let (b, wo) = (RoughDielectric { alpha, eta, energy: &table }, tilted(0.6));
+        let (b, wo) = (RoughDielectric { alpha, eta, reflectance: fresnel::dielectric, energy: &table }, tilted(0.6));
         for side in [1.0, -1.0] {
             const N: usize = 400_000;
             // Mean and standard error of the difference, weighted so that directions count.
@@ -149,8 +149,8 @@ fn rough_glass_is_reciprocal_and_rough_metal_too() {
     let mut random = Random(11);
     for (alpha, n) in [(0.1, 1.3), (0.4, 1.5), (1.0, 2.4)] {
         let (table, mirror) = (EnergyTable::dielectric(alpha), EnergyTable::conductor(alpha));
-        let near = RoughDielectric { alpha, eta: n, energy: &table };
-        let far = RoughDielectric { alpha, eta: 1.0 / n, energy: &table };
+        let near = RoughDielectric { alpha, eta: n, reflectance: fresnel::dielectric, energy: &table };
+        let far = RoughDielectric { alpha, eta: 1.0 / n, reflectance: fresnel::dielectric, energy: &table };
         let metal = RoughConductor { alpha: alpha.into(), energy: &mirror };
         for _ in 0..200 {
             let (a, b) = (sample_cosine(random.array()), sample_cosine(random.array()));
@@ -165,12 +165,19 @@ fn rough_glass_is_reciprocal_and_rough_metal_too() {
     }
 }
 
+/// The table of a face of glass of some width, and what its facets reflect.
+type Face = (fn(f64) -> EnergyTable, fn(f64, f64) -> f64);
+
 #[test]
 fn energy_lost_to_single_scattering_is_given_back() {
-    for alpha in [0.02, 0.1, 0.3, 0.7, 1.0] {
-        let table = EnergyTable::dielectric(alpha);
+    let bare: Face = (EnergyTable::dielectric, fresnel::dielectric);
+    let coated: Face = (EnergyTable::antireflective, fresnel::antireflective);
+    for (alpha, (table, reflectance)) in
+        [0.02, 0.1, 0.3, 0.7, 1.0].map(|alpha| (alpha, bare)).into_iter().chain([(0.1, coated), (0.7, coated)])
+    {
+        let table = table(alpha);
         for eta in [1.1, 1.33, 1.5168, 2.417, 1.0 / 1.1, 1.0 / 1.33, 1.0 / 1.5168, 1.0 / 2.417] {
-            let b = RoughDielectric { alpha, eta, energy: &table };
+            let b = RoughDielectric { alpha, eta, reflectance, energy: &table };
             let mut random = Random((alpha * 100.0 + eta * 1e4) as u64);
             const N: usize = 150_000;
             let (mut sum, mut squares) = (0.0, 0.0);

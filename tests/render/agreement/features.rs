@@ -112,7 +112,11 @@ fn tinted_panes() -> Scene {
     for (x, alpha) in [(-0.75, 0.0), (0.75, 0.3)] {
         s.interiors.push(solid("tinted", 1.5, 1));
         let interior = s.interiors.len() - 1;
-        let ball = material(&mut s, Material::Dielectric { interior, alpha, tint: Some(ramp(0.4, 0.9).into()) });
+        let mut glass = |antireflective| {
+            material(&mut s, Material::Dielectric { interior, alpha, tint: Some(ramp(0.4, 0.9).into()), antireflective })
+        };
+        let (a, b) = (glass(false), glass(true));
+        let ball = material(&mut s, Material::Mix { a, b, weight: ramp(0.2, 0.8).into() });
         shape(&mut s, ball, sphere(dvec3(x, 0.25, 0.4), 0.2));
     }
     s
@@ -206,7 +210,7 @@ fn cloth_under_glass() -> Scene {
 }
 
 fn coated(s: &mut Scene, base: usize, alpha: f64) -> usize {
-    material(s, Material::Coated { base, ior: flint(), alpha, seen: false })
+    material(s, Material::Coated { base, ior: flint(), alpha, seen: false, normals: CoatNormals::OfBase })
 }
 
 fn coated_paint(alpha: f64) -> Scene {
@@ -566,6 +570,8 @@ agree! {
     pictures_on_surfaces, 56, 1.0, textures::surfaces();
     a_picture_on_a_lamp, 120, 1.0, textures::lamps();
     maps_of_normals, 80, 1.0, textures::normals();
+    normals_of_coats, 80, 1.0, textures::normals_of_coats(Estimator::Backward);
+    light_on_coats_that_point_elsewhere, 128, 3.0, textures::normals_of_coats(Estimator::Forward);
     roughness_that_varies, 16, 2.6, textures::roughness();
     one_bin, 64, 1.0, bins(1);
 }

@@ -2,7 +2,7 @@
 //! [`crate::validate`]), and glass whose index hardly varies is as good as glass of one index.
 
 use super::compare::{against, agree, gpu, pairs};
-use super::textures::{numbers, on, quad, texture};
+use super::textures::{ball, coats_that_point_elsewhere, numbers, on, quad, texture};
 use crate::scenes::*;
 use crate::sweep;
 use abbe::bsdf::coat::Coat;
@@ -124,9 +124,23 @@ fn rough_surfaces_in_uniform_light_cannot_be_seen() {
     ]);
     let coated = |s: &mut Scene, alpha| {
         let white = material(s, Material::Diffuse { reflectance: flat(1.0).into() });
-        material(s, Material::Coated { base: white, ior: flint(), alpha, seen: false })
+        material(s, Material::Coated { base: white, ior: flint(), alpha, seen: false, normals: CoatNormals::OfBase })
     };
     balls_cannot_be_seen(&[("white under a coat 0", 8, &|s| coated(s, 0.0)), ("white under a coat 0.3", 8, &|s| coated(s, 0.3))]);
+}
+
+/// A coat that points elsewhere than white paint or a mirror under it loses nothing and makes nothing.
+#[test]
+fn coats_of_other_normals_in_uniform_light_cannot_be_seen() {
+    let scene = furnace(|s| {
+        let white = material(s, Material::Diffuse { reflectance: flat(1.0).into() });
+        let mirror = material(s, Material::Conductor { eta: flat(1e-6), k: flat(10.0), alpha: 0.0 });
+        let coats = coats_that_point_elsewhere(s, [(white, 0.0), (white, 0.4), (mirror, 0.0)]);
+        for (m, x) in coats.into_iter().zip([-0.7, 0.0, 0.7]) {
+            shape(s, m, ball(dvec3(x, 0.0, 0.0), 0.35));
+        }
+    });
+    cannot_be_seen("coats of other normals", &scene, 48);
 }
 
 /// Paint of which it is known how it looks, under a coat and tinted by the colours of vertices, in uniform light: the coat's own reflection, and of what
@@ -138,7 +152,10 @@ fn the_colour_that_is_seen_is_what_gets_through_a_coat_times_that() {
         let mut s = scene(16, 16, 4, orthographic(dvec3(0.0, mu, sin + 1e-3), DVec3::ZERO, 0.1));
         let picture = texture(numbers(&[0.8], 1, 1, 1.0), [Wrap::Clamp; 2], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
         s.materials[0] = Material::Diffuse { reflectance: on(ImageTexture { tinted: true, ..picture }) };
-        let m = material(&mut s, Material::Coated { base: 0, ior: Ior::constant(1.5), alpha, seen: true });
+        let m = material(
+            &mut s,
+            Material::Coated { base: 0, ior: Ior::constant(1.5), alpha, seen: true, normals: CoatNormals::OfBase },
+        );
         // A sigmoid of 0 is a half.
         let Geometry::Mesh(floor) = quad(dvec3(-1.0, 0.0, 1.0), DVec3::X * 2.0, DVec3::Z * -2.0) else { unreachable!("a mesh") };
         let mesh = Mesh { colors: vec![[0.0, 0.0, 0.0, 0.5]; 4], ..Mesh::clone(&floor) };
@@ -214,7 +231,10 @@ fn paint_under_a_coat_seen_through_glass_is_as_bright_as_its_coat_lets_it_be() {
     for alpha in [0.0, 0.4] {
         let mut s = scene(16, 16, 4, orthographic(dvec3(0.0, 1.0, 0.0), DVec3::ZERO, 0.5));
         s.materials[0] = Material::Diffuse { reflectance: flat(rho).into() };
-        let coated = material(&mut s, Material::Coated { base: 0, ior: Ior::constant(2.0), alpha, seen: false });
+        let coated = material(
+            &mut s,
+            Material::Coated { base: 0, ior: Ior::constant(2.0), alpha, seen: false, normals: CoatNormals::OfBase },
+        );
         let floor = material(&mut s, Material::Mix { a: coated, b: 0, weight: flat(0.75).into() });
         shape(&mut s, floor, disc(DVec3::ZERO, DVec3::Y, 2.0));
         let pane = glass(&mut s, solid("pane", 1.005, 1), 0.0);

@@ -3,7 +3,7 @@
 use crate::scenes::*;
 use abbe::color::upsample;
 use abbe::scene::texture::{Image, ImageTexture, Packed, Spectra, Texels, Wrap, pack_sigmoid};
-use abbe::scene::{Geometry, Interior, Light, Material, Mesh, Scene, Texture};
+use abbe::scene::{CoatNormals, Estimator, Geometry, Interior, Light, Material, Mesh, Scene, Texture};
 use abbe::spectrum::Spectrum;
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use std::sync::Arc;
@@ -158,19 +158,74 @@ pub fn roughness() -> Scene {
         let first = s.materials.len();
         s.materials.extend(levels.clone().map(|level| make((level as f64 / abbe::scene::roughness::STEPS as f64).powi(2))));
         let roughness = on(texture(values.clone(), [Wrap::Mirror; 2], [[0.8, 0.3, 0.0], [-0.2, 0.9, 0.1]]));
-        material(s, Material::Graded { first, levels: levels.clone(), roughness })
+        let materials = (first..s.materials.len()).collect();
+        material(s, Material::Graded { materials, levels: levels.clone(), roughness })
     };
     let picture = on(texture(colours, [Wrap::Repeat; 2], [[0.7, 0.0, 0.0], [0.0, 0.7, 0.2]]));
     let metal = graded(&mut s, &|alpha| Material::ColoredConductor { reflectance: picture.clone(), alpha });
     shape(&mut s, metal, quad(dvec3(-2.0, 0.0, 2.0), DVec3::X * 4.0, DVec3::Z * -3.0));
     s.interiors.push(Interior { ior: flint(), ..solid("flint", 1.0, 1) });
-    let glass = graded(&mut s, &|alpha| Material::Dielectric { interior: 1, alpha, tint: None });
+    let glass = graded(&mut s, &|alpha| Material::Dielectric { interior: 1, alpha, tint: None, antireflective: false });
     shape(&mut s, glass, ball(dvec3(0.4, 0.4, 0.3), 0.35));
     let paint = material(&mut s, Material::Diffuse { reflectance: picture.clone() });
-    let coat = graded(&mut s, &|alpha| Material::Coated { base: paint, ior: flint(), alpha, seen: false });
+    let coat =
+        graded(&mut s, &|alpha| Material::Coated { base: paint, ior: flint(), alpha, seen: false, normals: CoatNormals::OfBase });
     shape(&mut s, coat, quad(dvec3(-2.0, 0.0, -1.0), DVec3::X * 4.0, DVec3::Y * 3.0));
     // Its mirror images are as wide as what they are seen in is rough.
     lamp(&mut s, sphere(dvec3(-0.4, 0.8, 0.0), 0.25), ramp(2.0, 4.0));
+    s
+}
+
+/// A map of normals, of so many bytes a component, some so steep that the surface is seen and lit from behind them.
+fn slopes(size: usize) -> Arc<Image> {
+    let slopes = [[0.3, 0.2], [-1.6, 0.1], [0.0, -0.3], [0.2, -2.0], [-0.1, 0.35], [1.2, 0.9]];
+    // -1 to 1 times two.
+    let most = (1u64 << (8 * size)) as f64 - 1.0;
+    let code = |v: f64| ((0.5 * v + 0.5) * most).round() as u64;
+    let texel =
+        |[x, y]: [f64; 2]| [0.5 * x, 0.5 * y, 1.0, -1.0].into_iter().flat_map(move |v| code(v).to_le_bytes()[..size].to_vec());
+    let stored = Arc::new(Packed::new(4 * size, slopes.into_iter().flat_map(texel).collect()));
+    image_of(slopes.len(), 3, Texels::Vectors { stored, scale: 2.0 })
+}
+
+fn repeated(map: &Arc<Image>, repeats: f64) -> Arc<ImageTexture> {
+    Arc::new(texture(map.clone(), [Wrap::Repeat, Wrap::Mirror], [[repeats, 0.3, 0.0], [-0.2, repeats, 0.1]]))
+}
+
+/// Coats of these widths on these materials that point elsewhere than what is under them.
+pub fn coats_that_point_elsewhere(s: &mut Scene, coats: [(usize, f64); 3]) -> [usize; 3] {
+    let map = slopes(1);
+    let mut i = 0.0;
+    coats.map(|(base, alpha)| {
+        i += 1.0;
+        let normals = if alpha == 0.0 { CoatNormals::OfShape } else { CoatNormals::Mapped(repeated(&map, 0.7 * i)) };
+        let base = material(s, Material::Coated { base, ior: flint(), alpha, seen: false, normals });
+        material(s, Material::NormalMapped { base, normals: repeated(&map, i) })
+    })
+}
+
+/// Coats that point elsewhere than the paint and metals under them, on a floor and balls, also lit through a ball of glass.
+pub fn normals_of_coats(reference: Estimator) -> Scene {
+    let mut s = room(4, 16);
+    (s.reference, s.max_depth) = (reference, 16);
+    s.shapes.clear();
+    let metal = |alpha| Material::Conductor { eta: ramp(0.3, 1.2), k: ramp(2.0, 4.0), alpha };
+    let (mirror, rough) = (material(&mut s, metal(0.0)), material(&mut s, metal(0.3)));
+    let smooth = if let Estimator::Forward = reference { 0.3 } else { 0.0 };
+    let [paint, mirror, rough] = coats_that_point_elsewhere(&mut s, [(0, 0.4), (mirror, 0.2), (rough, smooth)]);
+    shape(&mut s, paint, quad(dvec3(-2.0, 0.0, 2.0), DVec3::X * 4.0, DVec3::Z * -4.0));
+    shape(&mut s, rough, ball(dvec3(-0.4, 0.3, 0.0), 0.3));
+    let flint = glass(&mut s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0);
+    shape(&mut s, flint, sphere(dvec3(0.0, 1.3, 0.2), 0.35));
+    match reference {
+        Estimator::Forward => s.lights.push(Light::Point { position: dvec3(0.3, 2.2, 0.4), intensity: ramp(1.0, 2.0) }),
+        Estimator::Backward => {
+            shape(&mut s, mirror, ball(dvec3(0.4, 0.3, 0.0), 0.3));
+            lamp(&mut s, disc(dvec3(0.0, 2.2, 0.2), -DVec3::Y, 1.5), ramp(1.0, 2.0));
+            s.lights.push(Light::Constant { radiance: ramp(0.3, 0.2) });
+        }
+    }
+    s.sensor = pinhole(dvec3(0.0, 0.6, 2.2), dvec3(0.0, 0.0, 0.2), 0.25);
     s
 }
 
@@ -179,26 +234,10 @@ pub fn normals() -> Scene {
     let mut s = room(4, 16);
     s.max_depth = 16;
     s.shapes.truncate(1);
-    // Some so steep that the surface is seen and lit from behind them.
-    let slopes = [[0.3, 0.2], [-1.6, 0.1], [0.0, -0.3], [0.2, -2.0], [-0.1, 0.35], [1.2, 0.9]];
-    // Of one or two bytes a component, -1 to 1 times two.
-    let map = |size: usize| {
-        let most = (1u64 << (8 * size)) as f64 - 1.0;
-        let code = |v: f64| ((0.5 * v + 0.5) * most).round() as u64;
-        let texel = |[x, y]: [f64; 2]| {
-            [0.5 * x, 0.5 * y, 1.0, -1.0].into_iter().flat_map(move |v| code(v).to_le_bytes()[..size].to_vec())
-        };
-        let stored = Arc::new(Packed::new(4 * size, slopes.into_iter().flat_map(texel).collect()));
-        image_of(slopes.len(), 3, Texels::Vectors { stored, scale: 2.0 })
-    };
-    let (coarse, fine) = (map(1), map(2));
+    let (coarse, fine) = (slopes(1), slopes(2));
     let turned = |base: usize, repeats: f64| Material::NormalMapped {
         base,
-        normals: Arc::new(texture(
-            if repeats > 2.0 { coarse.clone() } else { fine.clone() },
-            [Wrap::Repeat, Wrap::Mirror],
-            [[repeats, 0.3, 0.0], [-0.2, repeats, 0.1]],
-        )),
+        normals: repeated(if repeats > 2.0 { &coarse } else { &fine }, repeats),
     };
     let wall = material(&mut s, turned(0, 3.0));
     shape(&mut s, wall, quad(dvec3(-2.0, 0.0, -1.0), DVec3::X * 4.0, DVec3::Y * 3.0));

@@ -8,7 +8,7 @@ use crate::scene::json::{THICKEST_FILM, THINNEST_FILM};
 use crate::scene::roughness::{Roughness, STEPS};
 use crate::scene::texture::ImageTexture;
 use crate::scene::{Grain, Material, Texture, ThinFilm};
-use crate::spectrum::{Ior, Spectrum};
+use crate::spectrum::{Ior, LINE_D_NM, Spectrum};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -47,17 +47,12 @@ impl Reader<'_, '_, '_> {
         count: usize,
         mut make: impl FnMut(&mut Self, usize) -> Result<usize>,
     ) -> Result<usize> {
-        let made = (0..count).map(|level| make(self, level)).collect::<Result<Vec<_>>>()?;
-        let scene = &mut self.loader.scene;
-        let first = scene.materials.len();
-        // Levels follow each other.
-        for (i, from) in made.into_iter().enumerate() {
-            let (film, grain) = (scene.thin_films.remove(&from), scene.grains.remove(&from));
-            scene.materials.push(scene.materials[from].clone());
-            scene.thin_films.extend(film.map(|film| (first + i, film)));
-            scene.grains.extend(grain.map(|grain| (first + i, grain)));
+        if self.is_full() {
+            let mean = picture.average(LINE_D_NM) * STEPS as f64;
+            return make(self, (mean.round() as usize).min(count - 1));
         }
-        Ok(self.push(Material::Graded { first, levels: 0..count, roughness: picture.clone() }))
+        let materials = (0..count).map(|level| make(self, level)).collect::<Result<Vec<_>>>()?;
+        Ok(self.push(Material::Graded { materials, levels: 0..count, roughness: picture.clone() }))
     }
 
     /// The film that makes a surface iridescent, if there is one.

@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::scene::gltf::texture::Use;
 use crate::scene::roughness::Roughness;
 use crate::scene::texture::{Image, ImageTexture, Wrap};
-use crate::scene::{Material, Texture};
+use crate::scene::{CoatNormals, Material, Texture};
 use crate::spectrum::{Ior, LINE_D_NM, Spectrum};
 use std::sync::Arc;
 
@@ -69,15 +69,14 @@ impl Reader<'_, '_, '_> {
         Ok(self.mix(sheet, paint, share))
     }
 
-    /// A coat on paint, whose colour is the one that is seen: coats of glTF send nothing down again (glTF 2.0, appendix B.3.2).
-    pub(super) fn coated(&mut self, base: usize, ior: &Ior, roughness: &Roughness) -> usize {
-        self.push_rough(roughness, |alpha| Material::Coated { base, ior: ior.clone(), alpha, seen: true })
+    pub(super) fn colour_of_specular(&self) -> Result<[f64; 3]> {
+        colour(self.extension("KHR_materials_specular").as_ref(), "specularColorFactor", [1.0; 3], f64::MAX)
     }
 
     /// The index that gives what is reflected at normal incidence its colour, and the share of a mirror where that is more than a coat reflects.
     pub(super) fn gloss(&mut self) -> Result<(Ior, Option<Spectrum>)> {
         let ior = self.ior()?;
-        let rgb = colour(self.extension("KHR_materials_specular").as_ref(), "specularColorFactor", [1.0; 3], f64::MAX)?;
+        let rgb = self.colour_of_specular()?;
         let range = self.loader.reader.range;
         let at_normal = |nm: f64| ior.as_ref().map_or(1.0, |ior| fresnel::dielectric(1.0, ior.eval(nm)));
         // Above this much at normal incidence coats end: what more there is, a mirror reflects.
@@ -98,7 +97,7 @@ impl Reader<'_, '_, '_> {
     }
 
     /// `glossy` where there is reflection, as much of it and of its colour as KHR_materials_specular says, and `bare` where there is none.
-    fn by_specular(&mut self, glossy: usize, bare: usize) -> Result<usize> {
+    pub(super) fn by_specular(&mut self, glossy: usize, bare: usize) -> Result<usize> {
         let node = self.extension("KHR_materials_specular");
         let specular = factor(node.as_ref(), "specularFactor", 1.0, 1.0)?;
         let specular = self.share(specular, "specularTexture", 3, None)?;
@@ -115,30 +114,12 @@ impl Reader<'_, '_, '_> {
         if coat.matches(&Ior::constant(1.0), range.0, range.1) {
             return Ok(paint);
         }
-        let mut glossy = self.coated(paint, &coat, rough);
+        let mut glossy = self.coated(paint, &coat, rough, &CoatNormals::OfBase);
         if let Some(share) = mirror {
             let white = Texture::from(Spectrum::Constant(1.0));
             let mirror = self.push_rough(rough, |alpha| Material::ColoredConductor { reflectance: white.clone(), alpha });
             glossy = self.mix(mirror, glossy, share.into());
         }
         self.by_specular(glossy, paint)
-    }
-
-    /// Glass that reflects as much as KHR_materials_specular says: a pane lets the rest through. Of solid glass the index says how much it reflects.
-    pub(super) fn less_specular(&mut self, glass: usize, tint: &Texture, rough: &Roughness) -> Result<usize> {
-        let Some(node) = self.extension("KHR_materials_specular") else { return Ok(glass) };
-        if self.is_solid(glass) {
-            let keys = ["specularFactor", "specularTexture", "specularColorFactor", "specularColorTexture"];
-            if keys.into_iter().any(|key| node.get(key).is_some()) {
-                self.note(
-                    "factor and colour of what solid glass reflects: ignored, its index says how much (KHR_materials_specular)",
-                );
-            }
-            return Ok(glass);
-        }
-        let (ior, depth) = (Ior::constant(1.0), Spectrum::Constant(0.0));
-        let clear = |alpha| Material::ThinDielectric { ior: ior.clone(), alpha, tint: Some(tint.clone()), depth: depth.clone() };
-        let clear = self.push_rough(rough, clear);
-        self.by_specular(glass, clear)
     }
 }

@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::scene::gltf::texture::Use;
 use crate::scene::json::Node;
 use crate::scene::roughness::Roughness;
-use crate::scene::{Material, Texture};
+use crate::scene::{CoatNormals, Material, Texture};
 use crate::spectrum::{Ior, Spectrum};
 
 /// What gloss of index 1.5 reflects at normal incidence.
@@ -58,7 +58,7 @@ impl<'n> Reader<'_, 'n, '_> {
         if gloss == 0.0 {
             return Ok(paint);
         }
-        let glossy = self.coated(paint, &Ior::constant((1.0 + gloss) / (1.0 - gloss)), &rough);
+        let glossy = self.coated(paint, &Ior::constant((1.0 + gloss) / (1.0 - gloss)), &rough, &CoatNormals::OfBase);
         if share.is_zero() {
             return Ok(glossy);
         }
