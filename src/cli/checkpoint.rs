@@ -1,6 +1,7 @@
 //! Checkpoints of `abbe render`: when they are written, and going on from one.
 
 use super::device::TechniqueArgs;
+use super::load::Overrides;
 use super::print::{duration, note};
 use super::values;
 use crate::error::{Error, Result};
@@ -63,12 +64,21 @@ pub fn beside(exr: &Path) -> PathBuf {
 }
 
 /// Two renders of the same identity give the same bits, if they are of the same share.
-pub fn identity(scene: &Scene, seed: u64, techniques: &TechniqueArgs, device: &str, denoise: bool) -> Value {
+pub fn identity(
+    scene: &Scene,
+    overrides: &Overrides,
+    seed: u64,
+    techniques: &TechniqueArgs,
+    device: &str,
+    denoise: bool,
+) -> Value {
     let (film, bins) = (&scene.film, &scene.film.bins);
     json!({
         "version": env!("CARGO_PKG_VERSION"),
         "scene": scene.name,
         "content of the scene's files": format!("{:016x}", scene.source_hash),
+        "frame": overrides.frame,
+        "number of frames per second": overrides.frames_per_second,
         "size": format!("{}x{}", film.width, film.height),
         "wavelength bins": format!("{} from {} to {} nm", bins.count, bins.min_nm, bins.max_nm),
         "greatest depth": scene.max_depth,

@@ -1,7 +1,7 @@
 //! The options that say which scene, shared by the commands that take one.
 
 use super::values;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::memory;
 use crate::scene::{LoadOptions, Scene, Setting, load};
 use std::path::PathBuf;
@@ -45,6 +45,12 @@ pub struct Overrides {
     /// Set a key of the scene file, by its path as errors print it: camera.perspective.vfov_deg=30; may stand several times
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
     pub settings: Vec<Setting>,
+    /// The frame of a sequence that is rendered
+    #[arg(skip)]
+    pub frame: Option<u32>,
+    /// Frames per second instead of the scene's
+    #[arg(skip)]
+    pub frames_per_second: Option<f64>,
     /// Let the scene name files outside its own folder
     #[arg(long)]
     pub allow_outside: bool,
@@ -59,7 +65,12 @@ pub struct Overrides {
 impl Overrides {
     /// Loads `path` with these changes.
     pub fn load(&self, path: &std::path::Path) -> Result<Scene> {
-        load(path, &self.options())
+        load(path, &self.options()).map_err(|error| match (error, self.frame) {
+            (Error::Scene { file, path, problem, remedy }, Some(frame)) => {
+                Error::Scene { file, path, problem: format!("{problem} (in frame {frame})"), remedy }
+            }
+            (error, _) => error,
+        })
     }
 
     /// The changes as the loader takes them.
@@ -71,6 +82,8 @@ impl Overrides {
             channels: self.channels,
             max_depth: self.max_depth,
             settings: self.settings.clone(),
+            frame: self.frame,
+            frames_per_second: self.frames_per_second,
             solid_glass: self.solid_glass,
             studio: self.studio,
         }

@@ -27,6 +27,12 @@ pub fn time(text: &str) -> Result<Duration, String> {
     }
 }
 
+/// Frames per second.
+pub fn rate(text: &str) -> Result<f64, String> {
+    let rate = finite(text).ok().filter(|v| (1e-3..=1e6).contains(v));
+    rate.ok_or_else(|| "write frames per second, as in 24 or 29.97".to_string())
+}
+
 /// `500M`, `2G`, `2GiB`: bytes, by powers of 1024.
 pub fn memory(text: &str) -> Result<u64, String> {
     let number = text.trim_end_matches("iB").trim_end_matches('B');

@@ -104,16 +104,22 @@ impl GpuIntegrator {
         Self::with_plan(scene, device, seed, Plan::new(scene, techniques))
     }
 
-    /// Likewise, and where memory runs out again with smaller tiles, halved `halvings` times at least. They are a part of the state: light paths are
-    /// traced for every tile.
+    /// Likewise, on a device that is open already if one is given, and where memory runs out again on one opened anew with smaller tiles, halved `halvings` times
+    /// at least. They are a part of the state: light paths are traced for every tile.
     ///
     /// # Errors
     /// As [`GpuIntegrator::new`]; [`crate::Error::OutOfMemory`] if the smallest tiles do not help.
-    pub fn with_tiles(scene: &Scene, device: Option<&str>, seed: u64, techniques: Techniques, halvings: u32) -> Result<Self> {
+    pub fn with_tiles(
+        scene: &Scene,
+        (device, mut open): (Option<&str>, Option<Arc<Gpu>>),
+        seed: u64,
+        techniques: Techniques,
+        halvings: u32,
+    ) -> Result<Self> {
         stage::enter(Stage::Planning);
         let mut halvings = halvings.min(MOST_HALVINGS);
         loop {
-            let gpu = Arc::new(Gpu::open(device)?);
+            let gpu = open.take().map_or_else(|| Gpu::open(device).map(Arc::new), Ok)?;
             match Self::in_tiles(gpu, scene, seed, Plan::new(scene, techniques), halvings) {
                 Err(Error::OutOfMemory { .. }) if halvings < MOST_HALVINGS => halvings += 1,
                 done => return done,
@@ -232,6 +238,11 @@ impl GpuIntegrator {
     /// What the scene needed.
     pub fn plan(&self) -> &Plan {
         &self.plan
+    }
+
+    /// The device that it runs on, with its kernels, for others to run on.
+    pub fn gpu(&self) -> Arc<Gpu> {
+        self.gpu.clone()
     }
 
     /// Where it runs.

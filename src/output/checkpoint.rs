@@ -127,6 +127,8 @@ impl Checkpoint {
             exposure: Some(exposure),
             irradiance: picture["irradiance"].as_bool().unwrap_or(false),
             film_sr: picture["film_sr"].as_f64(),
+            frame: identity["frame"].as_u64().and_then(|frame| u32::try_from(frame).ok()),
+            ..Provenance::default()
         };
         let aovs = header["request"]["aov"].as_array();
         // What is to be denoised has errors, too.

@@ -65,6 +65,12 @@ pub struct Provenance {
     pub irradiance: bool,
     /// Of a camera with a lens: the pixels are irradiance on the film over this many sr ([`crate::lens::LensCamera::axial`]).
     pub film_sr: Option<f64>,
+    /// The frame, of a sequence.
+    pub frame: Option<u32>,
+    /// What was asked for, as JSON; empty where that is not known.
+    pub options: String,
+    /// It was interrupted before it came to what was asked for.
+    pub interrupted: bool,
 }
 
 impl Provenance {
@@ -83,6 +89,7 @@ impl Provenance {
             exposure: scene.film.exposure,
             irradiance: scene.sensor.area().is_some(),
             film_sr: scene.sensor.optics().map(|o| o.axial),
+            ..Provenance::default()
         }
     }
 }
@@ -203,6 +210,11 @@ pub(super) fn attributes(film: &Film, p: &Provenance, aovs: &Aovs) -> Vec<(&'sta
         ("abbe.droppedUnfinished", count(p.stats.unfinished)),
         ("abbe.truncated", count(p.stats.truncated)),
     ];
+    list.extend(p.frame.map(|frame| ("abbe.frame", count(frame.into()))));
+    if !p.options.is_empty() {
+        list.push(("abbe.options", string(&p.options)));
+        list.push(("abbe.interrupted", string(if p.interrupted { "yes" } else { "no" })));
+    }
     list.extend(p.film_sr.map(|sr| ("abbe.filmIrradiance", film_irradiance(sr))));
     list.extend(descriptions(aovs));
     list

@@ -76,10 +76,11 @@ impl Role {
 }
 
 /// Attributes in which files must agree, and what they are called.
-const SAME: [(&str, &str); 8] = [
+const SAME: [(&str, &str); 9] = [
     ("abbe.version", "version"),
     ("abbe.scene", "scene"),
     ("abbe.sceneHash", "content of the scene's files"),
+    ("abbe.frame", "frame"),
     ("abbe.quantity", "quantity"),
     ("abbe.range", "range of wavelengths"),
     ("abbe.maxDepth", "greatest depth"),
@@ -263,6 +264,8 @@ impl Attributes {
             "abbe.samplesOfSeeds",
             "abbe.merged",
             "abbe.merging",
+            "abbe.options",
+            "abbe.interrupted",
             "abbe.device",
             "abbe.seconds",
             "abbe.meanErrors",

@@ -81,6 +81,14 @@ pub(super) fn open_exr(path: &Path, bands: Option<&Bands>) -> Result<Opened<BufR
     Opened::new(BufReader::new(file), length, bands).map_err(|refusal| refusal.of(path))
 }
 
+/// The attributes of a file's header that are texts or numbers, by name, as text, sorted; pixels are not read.
+///
+/// # Errors
+/// [`Error::File`] as of [`SpectralImage::read`].
+pub fn read_attributes(path: &Path) -> Result<Vec<(String, String)>> {
+    open_exr(path, None).map(|file| file.about.attributes)
+}
+
 fn not_spectral(problem: impl ToString) -> Refusal {
     let remedy = "give a spectral EXR with channels such as S0.390,000000nm, or say with --bands which channels are bands";
     Refusal { problem: problem.to_string(), remedy }

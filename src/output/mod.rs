@@ -14,7 +14,7 @@ pub use checkpoint::{Checkpoint, write_checkpoint};
 pub use exr::{Provenance, write_exr};
 pub use exr_image::write_image;
 pub use exr_merge::{Merged, merge_exrs};
-pub use exr_read::SpectralImage;
+pub use exr_read::{SpectralImage, read_attributes};
 pub use picture::{picture_exposure, write_picture, write_rgb};
 
 use crate::error::{Error, Result};

@@ -28,6 +28,7 @@ pub use crate::spectrum::Bins;
 pub use advice::{advice, advice_before_rendering};
 pub use grain::{Grain, direction_of_grain};
 pub use inside::{initial_interiors, ruling};
+pub use json::animate::LAST_FRAME;
 pub use json::keys;
 pub use json::lens::load_lens;
 pub use json::load::{LoadOptions, load, load_str};

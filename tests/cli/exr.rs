@@ -70,6 +70,9 @@ fn provenance() -> Provenance {
         },
         exposure: Some(-2.0),
         irradiance: false,
+        frame: Some(17),
+        options: "{}".into(),
+        interrupted: false,
     }
 }
 

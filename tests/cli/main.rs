@@ -19,6 +19,8 @@ mod probe;
 #[cfg(unix)]
 #[path = "../support/random.rs"]
 mod random;
+#[cfg(unix)]
+mod sequence;
 mod settings;
 #[cfg(unix)]
 mod signals;

@@ -1,6 +1,7 @@
 //! glTF 2.0: as a scene by itself, as a part of a scene with its own materials, or as bare geometry.
 
 mod accessor;
+mod animation;
 mod camera;
 mod check;
 mod compression;
@@ -47,9 +48,12 @@ pub(in crate::scene) fn scene(path: &Path, bytes: Vec<u8>, files: Files, options
     let film = film(None, &place, options)?;
     let mut loader = Loader::new(files, film);
     loader.solid_glass = options.solid_glass;
+    loader.time = options.seconds(None);
     loader.named_volume(Interior::vacuum("surroundings"));
     loader.scene.max_depth = options.max_depth.unwrap_or(64).clamp(1, 100_000);
-    let files = loader.reader.files.within(path.parent().unwrap_or(Path::new(".")));
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let files = loader.reader.files.within(folder);
+    let at_rest = options.frame.map(|_| bytes.clone());
     let mut document = Document::open(path, bytes, files)?;
     document.add(&mut loader, DMat4::IDENTITY, None)?;
     if loader.scene.shapes.is_empty() {
@@ -63,7 +67,14 @@ pub(in crate::scene) fn scene(path: &Path, bytes: Vec<u8>, files: Files, options
         Some(camera) => camera,
         None => {
             loader.note("the glTF file has no camera: a default one frames the scene".into());
-            framing(&loader.scene.shapes)
+            match at_rest {
+                // What moves does so before a camera that stands still.
+                Some(bytes) => {
+                    let options = LoadOptions { frame: None, ..options.clone() };
+                    scene(path, bytes, Files::new(folder, options.allow_outside), &options)?.scene.sensor
+                }
+                None => framing(&loader.scene.shapes),
+            }
         }
     };
     let glows = loader.scene.shapes.iter().any(|s| s.emission.is_some());

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result, quoted};
 use crate::scene::gltf;
+use crate::scene::json::animate;
 use crate::scene::json::files::{Files, read_scene_file};
 use crate::scene::json::keys::SENSORS;
 use crate::scene::json::lens;
@@ -43,10 +44,25 @@ pub struct LoadOptions {
     pub max_depth: Option<u32>,
     /// Keys of the scene file that are set, in this order.
     pub settings: Vec<Setting>,
+    /// The scene as it stands at this frame; where there is none, as its keys and files stand at rest.
+    pub frame: Option<u32>,
+    /// Frames per second instead of the scene's, for what moves by seconds.
+    pub frames_per_second: Option<f64>,
     /// Take closed meshes of glass without a thickness, as glTF files of Blender have them, as solid.
     pub solid_glass: bool,
     /// Light a glTF file that has no light by a soft studio instead of even daylight.
     pub studio: bool,
+}
+
+impl LoadOptions {
+    /// Frames per second where neither the command nor the scene says.
+    const FRAMES_PER_SECOND: f64 = 24.0;
+
+    /// Seconds from frame 0 to the frame asked for, at these frames per second unless the command says otherwise.
+    pub(in crate::scene) fn seconds(&self, frames_per_second: Option<f64>) -> Option<f64> {
+        let rate = self.frames_per_second.or(frames_per_second).unwrap_or(Self::FRAMES_PER_SECOND);
+        self.frame.map(|frame| f64::from(frame) / rate)
+    }
 }
 
 /// Loads a scene file (JSON), or a glTF file as a scene by itself.
@@ -110,6 +126,8 @@ pub(in crate::scene) struct Loader {
     pub(in crate::scene) black: Option<usize>,
     /// Are closed meshes of glass without a thickness solid ([`LoadOptions`])?
     pub(in crate::scene) solid_glass: bool,
+    /// Seconds since frame 0 at which animations of glTF files are taken; without, all stands at rest.
+    pub(in crate::scene) time: Option<f64>,
 }
 
 impl Loader {
@@ -150,6 +168,7 @@ impl Loader {
             volumes: Volumes::default(),
             black: None,
             solid_glass: false,
+            time: None,
         }
     }
 }
@@ -160,6 +179,7 @@ fn read(text: &str, file: &Path, files: Files, options: &LoadOptions) -> Result<
         setting.apply(&mut value)?;
         files.add_to_hash(setting.text().as_bytes());
     }
+    let keyframes = animate::apply(&mut value, file, options.frame)?;
     let root = Node::root(&value, file);
     root.object("scene")?;
     if let Some(text) = root.get("description") {
@@ -171,6 +191,11 @@ fn read(text: &str, file: &Path, files: Files, options: &LoadOptions) -> Result<
     let film = film(root.get("film"), &root, options)?;
     let mut loader = Loader::new(files, film);
     loader.solid_glass = options.solid_glass;
+    let rate = root.get("frames_per_second").map(|n| n.within(1e-3, 1e6)).transpose()?;
+    loader.time = options.seconds(rate);
+    if let (Some((first, last)), None) = (keyframes, options.frame) {
+        loader.note(format!("the scene has keyframes from {first} to {last}, and is taken as its keys stand; --frames renders them"));
+    }
     suspect_radians(&root, &loader.reader.remarks);
     if let Some(name) = root.get("name") {
         // One line, whatever it says: the name goes into file headers and messages.
