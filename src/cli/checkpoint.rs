@@ -80,6 +80,7 @@ pub fn identity(
         "frame": overrides.frame,
         "number of frames per second": overrides.frames_per_second,
         "size": format!("{}x{}", film.width, film.height),
+        "part of the picture": crop(film),
         "wavelength bins": format!("{} from {} to {} nm", bins.count, bins.min_nm, bins.max_nm),
         "greatest depth": scene.max_depth,
         "seed": seed,
@@ -224,11 +225,17 @@ pub fn difference(a: &Value, b: &Value, any_device: bool) -> Option<(String, Val
     pairs.filter(|(name, a, b)| a != b && !(any_device && *name == "device")).map(|(name, a, b)| (name.clone(), a, b)).next()
 }
 
+/// The part of the picture that is rendered, if it is not all.
+fn crop(film: &FilmSettings) -> Option<[u32; 4]> {
+    film.crop.map(|part| [part.x, part.y, part.width, part.height])
+}
+
 /// What a film and its file are made from.
 pub fn picture(scene: &Scene, merging: bool) -> Value {
     let FilmSettings { width, height, bins, exposure, .. } = &scene.film;
+    let crop = crop(&scene.film);
     json!({
-        "width": width, "height": height, "bins": bins.count, "min_nm": bins.min_nm, "max_nm": bins.max_nm, "exposure": exposure,
+        "width": width, "height": height, "crop": crop, "bins": bins.count, "min_nm": bins.min_nm, "max_nm": bins.max_nm, "exposure": exposure,
         "irradiance": scene.sensor.area().is_some(), "film_sr": scene.sensor.optics().map(|o| o.axial), "merging": merging,
     })
 }

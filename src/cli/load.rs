@@ -3,7 +3,7 @@
 use super::values;
 use crate::error::{Error, Result};
 use crate::memory;
-use crate::scene::{LoadOptions, Scene, Setting, load};
+use crate::scene::{LoadOptions, Scene, Setting, Tile, load};
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -13,6 +13,14 @@ pub struct SceneArgs {
     pub path: PathBuf,
     #[command(flatten)]
     pub overrides: Overrides,
+}
+
+/// Which part of the picture.
+#[derive(clap::Args, Clone)]
+pub struct CropArgs {
+    /// Only this part of the picture, in pixels from the upper left; the EXR says where it lies
+    #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_parser = values::part)]
+    pub crop: Option<Tile>,
 }
 
 /// How much memory a scene may take.
@@ -36,6 +44,9 @@ pub struct Overrides {
     /// Resolution instead of the scene's, as in 640x480
     #[arg(long, value_name = "WxH", value_parser = values::size)]
     pub size: Option<(u32, u32)>,
+    /// The part of the picture that is rendered
+    #[arg(skip)]
+    pub crop: Option<Tile>,
     /// Number of wavelength bins instead of the scene's
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=400))]
     pub channels: Option<u32>,
@@ -79,6 +90,7 @@ impl Overrides {
             allow_outside: self.allow_outside,
             width: self.size.map(|s| s.0),
             height: self.size.map(|s| s.1),
+            crop: self.crop,
             channels: self.channels,
             max_depth: self.max_depth,
             settings: self.settings.clone(),

@@ -3,7 +3,7 @@
 use super::check::unfound;
 use super::checkpoint::{self, CheckpointArgs, Keeper};
 use super::disk::{self, Sizes};
-use super::load::{MemoryArgs, Overrides};
+use super::load::{CropArgs, MemoryArgs, Overrides};
 use super::picture::PictureArgs;
 use super::preview::{Preview, PreviewArgs};
 use super::print::{self, duration, note, out, percent, si};
@@ -21,7 +21,7 @@ use crate::output::exr::Aovs;
 use crate::output::picture::Precision;
 use crate::output::{Provenance, SpectralImage, check_writable, picture_exposure, write_exr, write_picture};
 use crate::render::{Checkpointable, Ended, Rendering, Share, Stop, Summary};
-use crate::scene::{FilmSettings, Scene, Setting, advice_before_rendering};
+use crate::scene::{FilmSettings, Scene, Setting, Tile, advice_before_rendering};
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::io::{IsTerminal, stderr};
@@ -62,6 +62,8 @@ pub struct Args {
     pub output: Option<PathBuf>,
     #[command(flatten)]
     pub sequence: SequenceArgs,
+    #[command(flatten)]
+    crop: CropArgs,
     #[command(flatten)]
     stop: StopArgs,
     /// Seed of the random numbers: the same seed on the same device gives the same picture
@@ -142,10 +144,11 @@ impl Args {
 
     /// What was asked for, wherever it is rendered.
     fn options(&self) -> Value {
-        let Overrides { size, channels, max_depth, settings, frame, frames_per_second, allow_outside, solid_glass, studio } =
+        let Overrides { size, crop, channels, max_depth, settings, frame, frames_per_second, allow_outside, solid_glass, studio } =
             &self.overrides;
         json!({
             "size": size.map(|(w, h)| [w, h]),
+            "crop": crop.map(|part| [part.x, part.y, part.width, part.height]),
             "channels": channels,
             "max_depth": max_depth,
             "set": settings.iter().map(Setting::text).collect::<Vec<_>>(),
@@ -172,6 +175,7 @@ impl Args {
     /// The same, and where no scene is named what the render to go on with was asked for.
     fn completed(&self) -> Result<Args> {
         let mut args = self.clone();
+        args.overrides.crop = self.crop.crop;
         let Some(resume) = &self.checkpoint.resume else { return Ok(args) };
         match resume {
             // `--resume scene.json` names the scene.
@@ -190,14 +194,20 @@ impl Args {
         let request = checkpoint::request_of(exr)?;
         let number = |name: &str| request[name].as_u64().and_then(|n| u32::try_from(n).ok());
         let flag = |name: &str| request[name].as_bool().unwrap_or(false);
-        let pair = |name: &str| {
-            let numbers = request[name].as_array()?.iter().filter_map(|n| u32::try_from(n.as_u64()?).ok());
-            numbers.collect::<Vec<_>>().try_into().ok().map(|[a, b]: [u32; 2]| (a, b))
+        let numbers = |name: &str| -> Option<Vec<u32>> {
+            request[name].as_array()?.iter().map(|n| u32::try_from(n.as_u64()?).ok()).collect()
         };
+        let pair = |name: &str| numbers(name)?.try_into().ok().map(|[a, b]: [u32; 2]| (a, b));
         let texts = |name: &str| request[name].as_array().into_iter().flatten().filter_map(Value::as_str);
         args.path = request["scene"].as_str().map(PathBuf::from);
         args.overrides = Overrides {
             size: pair("size"),
+            crop: numbers("crop").and_then(|all| all.try_into().ok()).map(|[x, y, width, height]: [u32; 4]| Tile {
+                x,
+                y,
+                width,
+                height,
+            }),
             channels: number("channels"),
             max_depth: number("max_depth"),
             settings: texts("set").filter_map(|text| Setting::parse(text).ok()).collect(),
@@ -306,7 +316,8 @@ pub fn render(args: &Args, mut sequence: Option<&mut Sequence>) -> Outcome {
         (true, true) => Some(AovBuffers::of_halves(aovs_of(0)?, aovs_of(1)?)),
     };
 
-    let identity = checkpoint::identity(&scene, &args.overrides, args.seed, &args.techniques, &device.name, args.wants(Aov::Denoise));
+    let identity =
+        checkpoint::identity(&scene, &args.overrides, args.seed, &args.techniques, &device.name, args.wants(Aov::Denoise));
     let picture = checkpoint::picture(&scene, device.merging);
     let mut keeper = Keeper::new(&exr, &args.checkpoint, identity, args.request(path, exposure), picture)?;
     let integrator = device.integrator.as_mut();
@@ -369,7 +380,7 @@ pub fn render(args: &Args, mut sequence: Option<&mut Sequence>) -> Outcome {
         let (name, techniques) = (device.name.clone(), args.techniques.to_string());
         let mut origin = Provenance {
             frame: args.overrides.frame,
-            options: sequence::header_text(&options),
+            options: options.clone(),
             interrupted: !is_done,
             ..Provenance::of(&scene, &rendering, name, device.merging, args.seed, techniques)
         };
@@ -483,7 +494,14 @@ pub fn write_files(
     origin.exposure = Some(exposure);
     write_exr(exr, film, &origin, aovs)?;
     if let Some(png) = png {
-        write_picture(png, &xyz, film.settings().width as usize, &settings.development(exposure), Precision::default(), None)?;
+        write_picture(
+            png,
+            &xyz,
+            film.settings().pixel_bounds().width as usize,
+            &settings.development(exposure),
+            Precision::default(),
+            None,
+        )?;
     }
     Ok(exposure)
 }
@@ -603,6 +621,7 @@ impl Report<'_> {
             "share": self.share.as_deref().map(Path::to_string_lossy),
             "width": self.scene.film.width,
             "height": self.scene.film.height,
+            "crop": self.scene.film.crop.map(|part| [part.x, part.y, part.width, part.height]),
             "bins": self.scene.film.bins.count,
             "samples_per_pixel": p.spp,
             "batches": self.summary.batches,

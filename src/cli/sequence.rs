@@ -42,7 +42,9 @@ impl Frames {
         let number = |text: &str| text.trim().parse::<u32>().ok().filter(|n| *n <= LAST_FRAME);
         let frames = number(first).zip(number(last)).zip(number(step));
         let frames = frames.map(|((first, last), step)| Frames { first, last, step });
-        frames.filter(|f| f.first <= f.last && f.step > 0).ok_or_else(|| "write a frame, as 17, or the first and the last, as 0..120 or 0..120:5".to_string())
+        frames
+            .filter(|f| f.first <= f.last && f.step > 0)
+            .ok_or_else(|| "write a frame, as 17, or the first and the last, as 0..120 or 0..120:5".to_string())
     }
 
     fn numbers(self) -> impl Iterator<Item = u32> {
@@ -199,9 +201,10 @@ impl Sequence {
             let frame = said["frame"].as_u64().and_then(|frame| u32::try_from(frame).ok());
             scene_hash(&Overrides { frame, ..self.overrides.clone() }.load(&self.scene)?)
         };
-        for (what, theirs, ours) in
-            [("content of the scene's files", &said["sceneHash"], json!(hash)), ("--exposure", &said["asked"], json!(asked.to_string()))]
-        {
+        for (what, theirs, ours) in [
+            ("content of the scene's files", &said["sceneHash"], json!(hash)),
+            ("--exposure", &said["asked"], json!(asked.to_string())),
+        ] {
             if *theirs != ours {
                 return Err(fail(format!("this exposure is of another {what}: {theirs} instead of {ours}")));
             }
@@ -224,12 +227,6 @@ impl Sequence {
     }
 }
 
-/// What was asked for as the header of a file has it, which keeps no other characters than those of ASCII.
-pub fn header_text(options: &Value) -> String {
-    let escaped = |c: char| c.encode_utf16(&mut [0; 2]).iter().map(|unit| format!("\\u{unit:04x}")).collect::<String>();
-    options.to_string().chars().map(|c| if c.is_ascii() { c.to_string() } else { escaped(c) }).collect()
-}
-
 /// As the files of a render have it.
 pub fn scene_hash(scene: &Scene) -> String {
     format!("fnv1a64:{:016x}", scene.source_hash)
@@ -248,14 +245,6 @@ mod tests {
         for text in ["", "..", "1..", "-1", "5..3", "0..3:0", "0-3", "1.5", "0..3:", "99999999999"] {
             assert!(numbers(text).is_err(), "{text}");
         }
-    }
-
-    #[test]
-    fn what_was_asked_for_survives_a_header_of_ascii() {
-        let options = json!({"set": ["name=Gl\u{e4}ser \u{1f52e} \"x\""], "spp": 4});
-        let text = header_text(&options);
-        assert!(text.is_ascii(), "{text}");
-        assert_eq!(serde_json::from_str::<Value>(&text).unwrap(), options);
     }
 
     #[test]

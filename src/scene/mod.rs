@@ -39,7 +39,7 @@ pub(crate) use light::spot_solid_angle;
 pub use light::{EnvironmentMap, EnvironmentTexels, Falloff, Light, Placement};
 pub use material::{Material, Passage};
 pub(crate) use mesh::read as read_mesh;
-pub use sensor::{FilmSettings, Filter, Sensor, WavelengthSampling};
+pub use sensor::{FilmSettings, Filter, Sensor, Tile, WavelengthSampling};
 pub(crate) use starts::{SLACK, Starts};
 pub use texture::Texture;
 pub use types::*;

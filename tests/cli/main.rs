@@ -6,6 +6,7 @@ mod check;
 #[cfg(unix)]
 mod checkpoint;
 mod compare;
+mod crop;
 mod denoise;
 mod develop;
 mod exr;

@@ -32,7 +32,7 @@ use crate::scene::gltf::studio::studio;
 use crate::scene::gltf::texture::UvSets;
 use crate::scene::json::Node;
 use crate::scene::json::files::Files;
-use crate::scene::json::load::{LoadOptions, Loader, film};
+use crate::scene::json::load::{LoadOptions, Loader, crop, film};
 use crate::scene::json::shapes::MOST_TRIANGLES;
 use crate::scene::mesh as meshes;
 use crate::scene::{Interior, Light, Mesh};
@@ -63,6 +63,7 @@ pub(in crate::scene) fn scene(path: &Path, bytes: Vec<u8>, files: Files, options
         let film = &mut loader.scene.film;
         film.width = (f64::from(film.height) * aspect).round().clamp(1.0, 4096.0) as u32;
     }
+    crop(&mut loader.scene.film, options)?;
     loader.scene.sensor = match loader.camera.take() {
         Some(camera) => camera,
         None => {

@@ -39,11 +39,9 @@ struct Track<'a> {
 }
 
 /// Sets the keys that `document` animates to their values at `frame`; without one they stay as they stand, but are checked.
-///
-/// Returns the first and the last keyframe of all, if there are any.
-pub(super) fn apply(document: &mut Value, file: &Path, frame: Option<u32>) -> Result<Option<(f64, f64)>> {
+pub(super) fn apply(document: &mut Value, file: &Path, frame: Option<u32>) -> Result<()> {
     let root = Node::root(document, file);
-    let Some(node) = root.get("animate") else { return Ok(None) };
+    let Some(node) = root.get("animate") else { return Ok(()) };
     let tracks = node.array(0)?.into_iter().map(Track::read).collect::<Result<Vec<_>>>()?;
     let mut moved = (*document).clone();
     for (i, track) in tracks.iter().enumerate() {
@@ -54,12 +52,10 @@ pub(super) fn apply(document: &mut Value, file: &Path, frame: Option<u32>) -> Re
         let place = track.path.set(&mut moved, value);
         place.map_err(|(problem, remedy)| track.node.child("key", track.node.value).fail(problem, remedy))?;
     }
-    let ends = tracks.iter().flat_map(|track| [track.frames[0], track.frames[track.frames.len() - 1]]);
-    let ends = ends.fold(None, |ends, at| ends.map_or(Some((at, at)), |(lo, hi): (f64, f64)| Some((lo.min(at), hi.max(at)))));
     if frame.is_some() {
         *document = moved;
     }
-    Ok(ends)
+    Ok(())
 }
 
 impl<'a> Track<'a> {
@@ -244,7 +240,10 @@ mod tests {
                 assert!(line.contains(word) && line.contains("; "), "{track}: {line}");
             }
         }
-        let twice: Value = serde_json::from_str(r#"[{"key": "key", "frames": [0], "values": [0]}, {"key": "$.key", "frames": [0], "values": [0]}]"#).unwrap();
+        let twice: Value = serde_json::from_str(
+            r#"[{"key": "key", "frames": [0], "values": [0]}, {"key": "$.key", "frames": [0], "values": [0]}]"#,
+        )
+        .unwrap();
         let mut document = json!({"key": 7, "animate": twice});
         let line = apply(&mut document, Path::new("test.json"), None).unwrap_err().to_string();
         assert!(line.contains("$.animate[1].key") && line.contains("twice"), "{line}");
