@@ -2,7 +2,7 @@
 
 use super::device::TechniqueArgs;
 use super::info::{light_name, sensor_name, summary};
-use super::load::{MemoryArgs, SceneArgs};
+use super::load::{CropArgs, MemoryArgs, Overrides, SceneArgs};
 use super::{Done, Outcome, print::out, values};
 use crate::integrator::Plan;
 use crate::scene::{Interior, Lens, Material, Scene, advice, initial_interiors, ruling};
@@ -25,6 +25,8 @@ pub struct Args {
     #[command(flatten)]
     scene: SceneArgs,
     #[command(flatten)]
+    crop: CropArgs,
+    #[command(flatten)]
     techniques: TechniqueArgs,
     #[command(flatten)]
     memory: MemoryArgs,
@@ -36,7 +38,8 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     args.memory.limit();
-    let scene = args.scene.overrides.load(&args.scene.path)?;
+    let overrides = Overrides { crop: args.crop.crop, ..args.scene.overrides.clone() };
+    let scene = overrides.load(&args.scene.path)?;
     let plan = Plan::new(&scene, (&args.techniques).into());
     explain(&scene, &plan).iter().for_each(|line| out(line));
     args.at.iter().for_each(|p| out(&volumes_at(&scene, *p)));
@@ -111,6 +114,7 @@ fn explain(scene: &Scene, plan: &Plan) -> Vec<String> {
         bins.max_nm,
         sensor_name(&scene.sensor)
     )];
+    lines.extend(plan.part.iter().map(|part| format!("part: {part}")));
     let lamps = scene.shapes.iter().filter(|s| s.emission.is_some()).map(|s| format!("{:?} (shape)", s.name));
     let lights = few(scene.lights.iter().map(light_name).chain(lamps), "lights");
     lines.push(format!("light: {}", if lights.is_empty() { "none".into() } else { lights.join(", ") }));

@@ -1,6 +1,7 @@
 //! Checkpoints of `abbe render`: when they are written, and going on from one.
 
 use super::device::TechniqueArgs;
+use super::load::Overrides;
 use super::print::{duration, note};
 use super::values;
 use crate::error::{Error, Result};
@@ -63,13 +64,23 @@ pub fn beside(exr: &Path) -> PathBuf {
 }
 
 /// Two renders of the same identity give the same bits, if they are of the same share.
-pub fn identity(scene: &Scene, seed: u64, techniques: &TechniqueArgs, device: &str, denoise: bool) -> Value {
+pub fn identity(
+    scene: &Scene,
+    overrides: &Overrides,
+    seed: u64,
+    techniques: &TechniqueArgs,
+    device: &str,
+    denoise: bool,
+) -> Value {
     let (film, bins) = (&scene.film, &scene.film.bins);
     json!({
         "version": env!("CARGO_PKG_VERSION"),
         "scene": scene.name,
         "content of the scene's files": format!("{:016x}", scene.source_hash),
+        "frame": overrides.frame,
+        "number of frames per second": overrides.frames_per_second,
         "size": format!("{}x{}", film.width, film.height),
+        "part of the picture": crop(film),
         "wavelength bins": format!("{} from {} to {} nm", bins.count, bins.min_nm, bins.max_nm),
         "greatest depth": scene.max_depth,
         "seed": seed,
@@ -214,11 +225,17 @@ pub fn difference(a: &Value, b: &Value, any_device: bool) -> Option<(String, Val
     pairs.filter(|(name, a, b)| a != b && !(any_device && *name == "device")).map(|(name, a, b)| (name.clone(), a, b)).next()
 }
 
+/// The part of the picture that is rendered, if it is not all.
+fn crop(film: &FilmSettings) -> Option<[u32; 4]> {
+    film.crop.map(|part| [part.x, part.y, part.width, part.height])
+}
+
 /// What a film and its file are made from.
 pub fn picture(scene: &Scene, merging: bool) -> Value {
     let FilmSettings { width, height, bins, exposure, .. } = &scene.film;
+    let crop = crop(&scene.film);
     json!({
-        "width": width, "height": height, "bins": bins.count, "min_nm": bins.min_nm, "max_nm": bins.max_nm, "exposure": exposure,
+        "width": width, "height": height, "crop": crop, "bins": bins.count, "min_nm": bins.min_nm, "max_nm": bins.max_nm, "exposure": exposure,
         "irradiance": scene.sensor.area().is_some(), "film_sr": scene.sensor.optics().map(|o| o.axial), "merging": merging,
     })
 }

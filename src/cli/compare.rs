@@ -1,7 +1,7 @@
 //! `abbe compare`: how far two spectral EXRs of the same view are apart, for people and for scripts.
 
 use super::bands::BandsArgs;
-use super::print::out;
+use super::print::{note, out};
 use super::{Done, Outcome, values};
 use crate::color::bins::{emission_weights, reflection_weights};
 use crate::color::cie::{xyz_of, xyz_of_unit};
@@ -82,8 +82,7 @@ enum Shown {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let bands = args.bands.bands()?;
-    let a = read(&args.image, bands.as_ref())?;
-    let b = read(&args.reference, bands.as_ref())?;
+    let (a, b) = alike(read(&args.image, bands.as_ref())?, read(&args.reference, bands.as_ref())?);
     matches(&a.image, &b.image)
         .map_err(|problem| Error::file(&args.image, format!("{problem} of {}", args.reference.display()), "render both alike"))?;
     let comparison = Comparison::of(&a, &b, args.exposure);
@@ -105,6 +104,18 @@ fn read(path: &Path, bands: Option<&Bands>) -> Result<Measurement> {
     match measured.image.data.iter().filter(|v| !v.is_finite()).count() {
         0 => Ok(measured),
         n => Err(Error::file(path, format!("{n} values are not finite"), "compare images that are whole")),
+    }
+}
+
+/// Of files that have parts of one picture, what both have.
+fn alike(a: Measurement, b: Measurement) -> (Measurement, Measurement) {
+    let (of_a, of_b) = (a.image.window, b.image.window);
+    match of_a.common(&of_b).filter(|_| of_a.picture == of_b.picture && of_a != of_b) {
+        Some(common) => {
+            note(&format!("note: compared where both files have pixels, {common}"));
+            (a.cut(common), b.cut(common))
+        }
+        None => (a, b),
     }
 }
 

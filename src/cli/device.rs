@@ -4,6 +4,7 @@ use super::{Done, Outcome, interrupt, print::out};
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::aov::{Albedo, AovBuffers};
+use crate::gpu::Gpu;
 use crate::integrator::{Feature, GpuIntegrator, Techniques};
 use crate::reference::ReferenceIntegrator;
 use crate::render::{Batch, Integrator, Renderer};
@@ -13,6 +14,7 @@ use crate::stats::BatchStats;
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::io;
+use std::sync::Arc;
 
 const EXAMPLES: &str = "Examples:
   abbe devices
@@ -59,6 +61,8 @@ pub struct Device {
     pub on_cpu: bool,
     /// It merges light paths at visible points.
     pub merging: bool,
+    /// What the next render can run on, with the kernels that are compiled.
+    pub gpu: Option<Arc<Gpu>>,
 }
 
 /// A field of [`Techniques`].
@@ -142,7 +146,12 @@ impl From<&TechniqueArgs> for Techniques {
 
 /// Opens the device `name` (any adapter if `None`) for `scene`; signals end its work. The reference has techniques of its own.
 pub fn open(scene: &Scene, name: Option<&str>, seed: u64, args: &TechniqueArgs) -> Result<Device> {
-    open_with(scene, name, seed, args.into(), args.light_paths, 0)
+    open_on(None, scene, name, seed, args)
+}
+
+/// Likewise, on what a device before has left ([`Device::gpu`]), if there was one.
+pub fn open_on(gpu: Option<Arc<Gpu>>, scene: &Scene, name: Option<&str>, seed: u64, args: &TechniqueArgs) -> Result<Device> {
+    open_with(scene, (name, gpu), seed, args.into(), args.light_paths, 0)
 }
 
 impl Device {
@@ -159,7 +168,8 @@ impl Device {
         let plan = self.integrator.describe();
         // What the old one holds makes room for the new one.
         self.integrator = Box::new(Parked { saved, plan });
-        let mut next = open_with(scene, name, seed, args.into(), args.light_paths, halvings)?;
+        self.gpu = None;
+        let mut next = open_with(scene, (name, None), seed, args.into(), args.light_paths, halvings)?;
         let mut saved = Vec::new();
         self.integrator.persist(&mut State::saving(&mut saved)).map_err(damaged)?;
         next.integrator.persist(&mut State::restoring(&mut saved.as_slice())).map_err(damaged)?;
@@ -197,7 +207,7 @@ impl Renderer for Parked {
 /// Likewise, with these techniques, where given the number of light paths for each camera path, and tiles halved so often at least.
 pub fn open_with(
     scene: &Scene,
-    name: Option<&str>,
+    (name, gpu): (Option<&str>, Option<Arc<Gpu>>),
     seed: u64,
     techniques: Techniques,
     light_paths: Option<f64>,
@@ -215,9 +225,10 @@ pub fn open_with(
             name: format!("reference ({estimator}, double precision)"),
             on_cpu: true,
             merging: false,
+            gpu: None,
         });
     }
-    let mut integrator = GpuIntegrator::with_tiles(scene, name, seed, techniques, halvings)?;
+    let mut integrator = GpuIntegrator::with_tiles(scene, (name, gpu), seed, techniques, halvings)?;
     integrator.heed(interrupt::halt());
     if let Some(n) = light_paths {
         integrator.set_light_paths(n);
@@ -225,5 +236,6 @@ pub fn open_with(
     let adapter = integrator.adapter();
     let (name, on_cpu) = (adapter.to_string(), adapter.is_cpu());
     let merging = integrator.plan().has(Feature::Merging);
-    Ok(Device { integrator: Box::new(integrator), name, on_cpu, merging })
+    let gpu = Some(integrator.gpu());
+    Ok(Device { integrator: Box::new(integrator), name, on_cpu, merging, gpu })
 }

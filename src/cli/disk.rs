@@ -27,7 +27,7 @@ pub struct Sizes {
 impl Sizes {
     /// Of a film with so many channels besides its bins, and of the checkpoints of `keeper`.
     pub fn new(film: &FilmSettings, others: u64, keeper: &Keeper, state: &mut Checkpointable<'_>) -> Self {
-        let pixels = u64::from(film.width) * u64::from(film.height);
+        let pixels = film.pixel_bounds().pixels() as u64;
         let of_pixel = 4 * (u64::from(film.bins.count) + others) + COLOR_BYTES + PICTURE_BYTES;
         Sizes { files: pixels * of_pixel + HEADER_BYTES, checkpoint: keeper.bytes(state) }
     }

@@ -89,7 +89,7 @@ fn describe_image(image: &SpectralImage) -> Facts {
     let bins = format!("{} over {:.2} to {:.2} nm", nm.len(), edges[0], edges[nm.len()]);
     let mut facts = vec![
         ("kind".to_string(), json!("spectral EXR")),
-        ("size".to_string(), json!(format!("{}x{}", image.width, image.height))),
+        ("size".to_string(), json!(image.window.to_string())),
         ("quantity".to_string(), json!(format!("{}, {}", quantity.name, quantity.unit))),
         ("bins".to_string(), json!(bins)),
         ("wavelengths".to_string(), json!(format!("{} from {} to {} nm", nm.len(), nm[0], nm[nm.len() - 1]))),

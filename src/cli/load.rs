@@ -1,9 +1,9 @@
 //! The options that say which scene, shared by the commands that take one.
 
 use super::values;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::memory;
-use crate::scene::{LoadOptions, Scene, Setting, load};
+use crate::scene::{LoadOptions, Scene, Setting, Tile, load};
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -13,6 +13,14 @@ pub struct SceneArgs {
     pub path: PathBuf,
     #[command(flatten)]
     pub overrides: Overrides,
+}
+
+/// Which part of the picture.
+#[derive(clap::Args, Clone)]
+pub struct CropArgs {
+    /// Only this part of the picture, in pixels from the upper left; the EXR says where it lies
+    #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_parser = values::part)]
+    pub crop: Option<Tile>,
 }
 
 /// How much memory a scene may take.
@@ -36,6 +44,9 @@ pub struct Overrides {
     /// Resolution instead of the scene's, as in 640x480
     #[arg(long, value_name = "WxH", value_parser = values::size)]
     pub size: Option<(u32, u32)>,
+    /// The part of the picture that is rendered
+    #[arg(skip)]
+    pub crop: Option<Tile>,
     /// Number of wavelength bins instead of the scene's
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=400))]
     pub channels: Option<u32>,
@@ -45,6 +56,12 @@ pub struct Overrides {
     /// Set a key of the scene file, by its path as errors print it: camera.perspective.vfov_deg=30; may stand several times
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
     pub settings: Vec<Setting>,
+    /// The frame of a sequence that is rendered
+    #[arg(skip)]
+    pub frame: Option<u32>,
+    /// Frames per second instead of the scene's
+    #[arg(skip)]
+    pub frames_per_second: Option<f64>,
     /// Let the scene name files outside its own folder
     #[arg(long)]
     pub allow_outside: bool,
@@ -59,7 +76,12 @@ pub struct Overrides {
 impl Overrides {
     /// Loads `path` with these changes.
     pub fn load(&self, path: &std::path::Path) -> Result<Scene> {
-        load(path, &self.options())
+        load(path, &self.options()).map_err(|error| match (error, self.frame) {
+            (Error::Scene { file, path, problem, remedy }, Some(frame)) => {
+                Error::Scene { file, path, problem: format!("{problem} (in frame {frame})"), remedy }
+            }
+            (error, _) => error,
+        })
     }
 
     /// The changes as the loader takes them.
@@ -68,9 +90,12 @@ impl Overrides {
             allow_outside: self.allow_outside,
             width: self.size.map(|s| s.0),
             height: self.size.map(|s| s.1),
+            crop: self.crop,
             channels: self.channels,
             max_depth: self.max_depth,
             settings: self.settings.clone(),
+            frame: self.frame,
+            frames_per_second: self.frames_per_second,
             solid_glass: self.solid_glass,
             studio: self.studio,
         }

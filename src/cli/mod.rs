@@ -29,6 +29,7 @@ mod probe;
 mod progress;
 mod quantity;
 mod render;
+mod sequence;
 mod validate;
 mod values;
 #[cfg(feature = "view")]

@@ -61,6 +61,6 @@ impl<'a> Preview<'a> {
         let xyz = film.xyz_image();
         let exposure = settings.exposure.map(Exposure::Stops).or(self.settings.exposure).unwrap_or_default();
         let development = self.settings.development(exposure.of(&xyz, Observer::Cie1931));
-        write_picture(self.png, &xyz, settings.width as usize, &development, Precision::default(), None)
+        write_picture(self.png, &xyz, settings.pixel_bounds().width as usize, &development, Precision::default(), None)
     }
 }

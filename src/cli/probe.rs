@@ -9,7 +9,7 @@ use crate::color::bins::emission_weights;
 use crate::color::chromaticity::{color_of_wavelength, correlated_color_temperature, dominant_wavelength};
 use crate::color::cie::xy;
 use crate::error::{Error, Result};
-use crate::output::{SpectralImage, check_writable, write_text};
+use crate::output::{SpectralImage, Window, check_writable, write_text};
 use crate::spectrum::library::Observer;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -76,13 +76,19 @@ struct Probe {
 impl Probe {
     fn of(image: &SpectralImage, region: &values::Region, args: &Args) -> Result<Self> {
         let values::Region { x, y, width, height } = *region;
-        if x + width > image.width as u64 || y + height > image.height as u64 {
+        let own = image.window;
+        let asked = Window { x: x as i64, y: y as i64, size: [width as usize, height as usize], ..own };
+        if own.common(&asked) != Some(asked) {
             let problem = format!("{region} is not inside {}", args.image.display());
-            let (w, h) = (image.width, image.height);
-            return Err(Error::usage(problem, format!("it has {w}x{h} pixels: 0,0 to {},{}", w.max(1) - 1, h.max(1) - 1)));
+            let [w, h] = own.size.map(|n| n as i64 - 1);
+            let ends = format!("{},{} to {},{}", own.x, own.y, own.x + w, own.y + h);
+            return Err(Error::usage(problem, format!("it has {}x{} pixels: {ends}", own.size[0], own.size[1])));
         }
-        let row = |y: u64| (y * image.width as u64 + x) as usize..(y * image.width as u64 + x + width) as usize;
-        let pixels: Vec<usize> = (y..y + height).flat_map(row).collect();
+        let row = |y: i64| {
+            let first = ((y - own.y) * own.size[0] as i64 + asked.x - own.x) as usize;
+            first..first + width as usize
+        };
+        let pixels: Vec<usize> = (asked.y..asked.y + height as i64).flat_map(row).collect();
         let mean = |value: &dyn Fn(usize) -> f64| pixels.iter().map(|&p| value(p)).sum::<f64>() / pixels.len() as f64;
 
         let bins = image.bins();

@@ -3,12 +3,13 @@
 use super::check::unfound;
 use super::checkpoint::{self, CheckpointArgs, Keeper};
 use super::disk::{self, Sizes};
-use super::load::{MemoryArgs, Overrides};
+use super::load::{CropArgs, MemoryArgs, Overrides};
 use super::picture::PictureArgs;
 use super::preview::{Preview, PreviewArgs};
 use super::print::{self, duration, note, out, percent, si};
 use super::progress::{Bar, Log, Stages};
-use super::{Done, Outcome, denoise, device, interrupt, values};
+use super::sequence::{Sequence, SequenceArgs};
+use super::{Done, Outcome, denoise, device, interrupt, sequence, values};
 use crate::color::cie::{is_visible, lacks_for_colour};
 use crate::develop::picture::{Exposure, PictureSettings};
 use crate::error::{Error, Result};
@@ -20,7 +21,7 @@ use crate::output::exr::Aovs;
 use crate::output::picture::Precision;
 use crate::output::{Provenance, SpectralImage, check_writable, picture_exposure, write_exr, write_picture};
 use crate::render::{Checkpointable, Ended, Rendering, Share, Stop, Summary};
-use crate::scene::{FilmSettings, Scene, Setting, advice_before_rendering};
+use crate::scene::{FilmSettings, Scene, Setting, Tile, advice_before_rendering};
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::io::{IsTerminal, stderr};
@@ -39,6 +40,7 @@ const EXAMPLES: &str = "Examples:
   abbe render scenes/cornell_spheres.json --device reference --size 64x64
   abbe render --resume pool.exr                     goes on with a render that was stopped
   abbe render scenes/pool.json --keep-checkpoint && abbe render --resume pool.exr --spp 1024
+  abbe render scenes/turning_prism.json --frames 0..120  turning_prism.0000.exr and .png, and so on, one for each frame
   abbe render scenes/pool.json --spp 1024 --share 3/8 -o 3.checkpoint --resume       begins a share, or goes on with it
 
 Of --spp, --time and --error the first that is met ends the render; without any it is --spp 64.
@@ -52,17 +54,21 @@ Exit codes: 0 done, 2 the request or its input is at fault or its files cannot b
 pub struct Args {
     /// Scene file (.json), or a glTF file (.gltf, .glb)
     #[arg(value_name = "SCENE", required_unless_present = "resume")]
-    path: Option<PathBuf>,
+    pub path: Option<PathBuf>,
     #[command(flatten)]
-    overrides: Overrides,
+    pub overrides: Overrides,
     /// Spectral EXR to write; the picture goes beside it as .png [default: the scene's name, in the current folder]
     #[arg(short, long, value_name = "OUT.exr")]
-    output: Option<PathBuf>,
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub sequence: SequenceArgs,
+    #[command(flatten)]
+    crop: CropArgs,
     #[command(flatten)]
     stop: StopArgs,
     /// Seed of the random numbers: the same seed on the same device gives the same picture
     #[arg(long, value_name = "N", default_value_t = 0)]
-    seed: u64,
+    pub seed: u64,
     #[command(flatten)]
     techniques: device::TechniqueArgs,
     /// Number or part of the name of a device (see 'abbe devices'), or 'reference' for double precision on the CPU
@@ -75,9 +81,12 @@ pub struct Args {
     #[arg(long)]
     denoise: bool,
     #[command(flatten)]
-    picture: PictureArgs,
+    pub picture: PictureArgs,
+    /// Exposure of the sequence that this is a frame of, in stops
+    #[arg(skip)]
+    pub exposure: Option<f64>,
     #[command(flatten)]
-    checkpoint: CheckpointArgs,
+    pub checkpoint: CheckpointArgs,
     #[command(flatten)]
     preview: PreviewArgs,
     #[command(flatten)]
@@ -124,24 +133,35 @@ impl From<StopArgs> for Stop {
 
 impl Args {
     /// What another process needs to know to go on with this render.
-    fn request(&self, scene: &Path) -> Value {
-        let Overrides { size, channels, max_depth, settings, allow_outside, solid_glass, studio } = &self.overrides;
+    fn request(&self, scene: &Path, exposure: Option<f64>) -> Value {
+        let mut request = self.options();
+        request["scene"] = std::path::absolute(scene).unwrap_or_else(|_| scene.to_path_buf()).to_string_lossy().into();
+        request["device"] = json!(self.device);
+        request["share"] = json!(self.checkpoint.share.map(|share| [share.number, share.of]));
+        request["exposure"] = json!(exposure);
+        request
+    }
+
+    /// What was asked for, wherever it is rendered.
+    fn options(&self) -> Value {
+        let Overrides { size, crop, channels, max_depth, settings, frame, frames_per_second, allow_outside, solid_glass, studio } =
+            &self.overrides;
         json!({
-            "scene": std::path::absolute(scene).unwrap_or_else(|_| scene.to_path_buf()).to_string_lossy(),
             "size": size.map(|(w, h)| [w, h]),
+            "crop": crop.map(|part| [part.x, part.y, part.width, part.height]),
             "channels": channels,
             "max_depth": max_depth,
             "set": settings.iter().map(Setting::text).collect::<Vec<_>>(),
+            "frame": frame,
+            "frames_per_second": frames_per_second,
             "allow_outside": allow_outside,
             "solid_glass": solid_glass,
             "studio": studio,
             "seed": self.seed,
             "techniques": self.techniques.json(),
-            "device": self.device,
             "aov": self.aov.iter().filter_map(|aov| Some(aov.to_possible_value()?.get_name().to_string())).collect::<Vec<_>>(),
             "denoise": self.denoise,
             "picture": self.picture.json(),
-            "share": self.checkpoint.share.map(|share| [share.number, share.of]),
             "spp": self.stop.spp,
             "seconds": self.stop.time.map(|t| t.as_secs_f64()),
             "error": self.stop.error,
@@ -155,6 +175,7 @@ impl Args {
     /// The same, and where no scene is named what the render to go on with was asked for.
     fn completed(&self) -> Result<Args> {
         let mut args = self.clone();
+        args.overrides.crop = self.crop.crop;
         let Some(resume) = &self.checkpoint.resume else { return Ok(args) };
         match resume {
             // `--resume scene.json` names the scene.
@@ -173,17 +194,25 @@ impl Args {
         let request = checkpoint::request_of(exr)?;
         let number = |name: &str| request[name].as_u64().and_then(|n| u32::try_from(n).ok());
         let flag = |name: &str| request[name].as_bool().unwrap_or(false);
-        let pair = |name: &str| {
-            let numbers = request[name].as_array()?.iter().filter_map(|n| u32::try_from(n.as_u64()?).ok());
-            numbers.collect::<Vec<_>>().try_into().ok().map(|[a, b]: [u32; 2]| (a, b))
+        let numbers = |name: &str| -> Option<Vec<u32>> {
+            request[name].as_array()?.iter().map(|n| u32::try_from(n.as_u64()?).ok()).collect()
         };
+        let pair = |name: &str| numbers(name)?.try_into().ok().map(|[a, b]: [u32; 2]| (a, b));
         let texts = |name: &str| request[name].as_array().into_iter().flatten().filter_map(Value::as_str);
         args.path = request["scene"].as_str().map(PathBuf::from);
         args.overrides = Overrides {
             size: pair("size"),
+            crop: numbers("crop").and_then(|all| all.try_into().ok()).map(|[x, y, width, height]: [u32; 4]| Tile {
+                x,
+                y,
+                width,
+                height,
+            }),
             channels: number("channels"),
             max_depth: number("max_depth"),
             settings: texts("set").filter_map(|text| Setting::parse(text).ok()).collect(),
+            frame: number("frame"),
+            frames_per_second: request["frames_per_second"].as_f64(),
             allow_outside: flag("allow_outside"),
             solid_glass: flag("solid_glass"),
             studio: flag("studio"),
@@ -191,6 +220,7 @@ impl Args {
         args.checkpoint.share = pair("share").and_then(|(number, of)| Share::new(number, of));
         args.denoise |= flag("denoise");
         args.picture = self.picture.or_json(&request["picture"]);
+        args.exposure = request["exposure"].as_f64();
         args.seed = request["seed"].as_u64().unwrap_or(0);
         args.techniques = device::TechniqueArgs::of_json(&request["techniques"]);
         args.device = args.device.or_else(|| request["device"].as_str().map(str::to_string));
@@ -212,7 +242,12 @@ pub fn is_exr(path: &Path) -> bool {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    let args = &args.completed()?;
+    let args = args.completed()?;
+    if args.sequence.frames.is_some() { sequence::run(&args) } else { render(&args, None) }
+}
+
+/// Renders one picture, a frame of `sequence` if there is one.
+pub fn render(args: &Args, mut sequence: Option<&mut Sequence>) -> Outcome {
     let path = args.path.as_deref().unwrap_or(Path::new(""));
     let (exr, png) = output_paths(args, path)?;
     let wants_aovs = [Aov::Depth, Aov::Normal, Aov::Albedo].into_iter().any(|aov| args.wants(aov));
@@ -227,21 +262,32 @@ pub fn run(args: &Args) -> Outcome {
     args.memory.limit();
     let stages = Stages::show(!talkative);
     let mut scene = args.overrides.load(path)?;
-    let settings = args.picture.settings();
+    let mut settings = args.picture.settings();
     settings.check_for_screens()?;
-    if let Some(exposure) = settings.exposure {
-        scene.film.exposure = if let Exposure::Stops(stops) = exposure { Some(stops) } else { None };
-    }
+    let (options, asked) = (args.options(), settings.exposure.or(scene.film.exposure.map(Exposure::Stops)).unwrap_or_default());
     let bins = &scene.film.bins;
     // A share is a checkpoint, and no picture.
     let png = (is_visible(bins.min_nm, bins.max_nm) && share.is_none()).then_some(png);
     // Before the work, not after it.
     let denoised = args.denoise.then(|| exr.with_extension("denoised.exr"));
     let denoised_png = denoised.as_ref().filter(|_| png.is_some()).map(|exr| exr.with_extension("png"));
-    [Some(&exr), png.as_ref(), denoised.as_ref(), denoised_png.as_ref()]
-        .into_iter()
-        .flatten()
-        .try_for_each(|path| check_writable(path, &scene.sources))?;
+    let files = [Some(&exr), png.as_ref(), denoised.as_ref(), denoised_png.as_ref()].into_iter().flatten();
+    let files: Vec<&Path> = files.map(PathBuf::as_path).collect();
+    let mut exposure = args.exposure;
+    if let Some(sequence) = &mut sequence {
+        if sequence.has_finished(&files, &scene, &options, asked)? {
+            if talkative {
+                note(&format!("{} is done already", exr.display()));
+            }
+            return Ok(Done::Completely);
+        }
+        exposure = sequence.exposure(&scene, &options, asked)?;
+    }
+    settings.exposure = exposure.map(Exposure::Stops).or(settings.exposure);
+    if let Some(exposure) = settings.exposure {
+        scene.film.exposure = if let Exposure::Stops(stops) = exposure { Some(stops) } else { None };
+    }
+    files.iter().try_for_each(|path| check_writable(path, &scene.sources))?;
     let warnings = if args.quiet { Vec::new() } else { warnings(&scene, args) };
     if talkative {
         let end = if png.is_none() { "; no picture is made" } else { "" };
@@ -256,7 +302,8 @@ pub fn run(args: &Args) -> Outcome {
     if args.wants(Aov::Denoise) {
         rendering.film.keep_half();
     }
-    let mut device = device::open(&scene, args.device.as_deref(), args.seed, &args.techniques)?;
+    let gpu = sequence.as_mut().and_then(|sequence| sequence.gpu.take());
+    let mut device = device::open_on(gpu, &scene, args.device.as_deref(), args.seed, &args.techniques)?;
     let setup = setup.elapsed();
     drop(stages);
     // What rendering takes is known by now, and what it has found is not to be lost.
@@ -269,9 +316,10 @@ pub fn run(args: &Args) -> Outcome {
         (true, true) => Some(AovBuffers::of_halves(aovs_of(0)?, aovs_of(1)?)),
     };
 
-    let identity = checkpoint::identity(&scene, args.seed, &args.techniques, &device.name, args.wants(Aov::Denoise));
+    let identity =
+        checkpoint::identity(&scene, &args.overrides, args.seed, &args.techniques, &device.name, args.wants(Aov::Denoise));
     let picture = checkpoint::picture(&scene, device.merging);
-    let mut keeper = Keeper::new(&exr, &args.checkpoint, identity, args.request(path), picture)?;
+    let mut keeper = Keeper::new(&exr, &args.checkpoint, identity, args.request(path, exposure), picture)?;
     let integrator = device.integrator.as_mut();
     let mut state = Checkpointable::new(&mut rendering, integrator);
     keeper.resume(&mut state)?;
@@ -318,7 +366,7 @@ pub fn run(args: &Args) -> Outcome {
     }
     let stats = rendering.stats;
 
-    let mut files = Ok(Vec::new());
+    let (mut denoised_files, mut stops) = (Ok(Vec::new()), None);
     // A device may fail after hours: what it had done is written before its error is passed on.
     if rendering.film.batches() > 0 && share.is_none() {
         let aovs_for = |aov| aovs.as_ref().filter(|_| args.wants(aov));
@@ -330,7 +378,12 @@ pub fn run(args: &Args) -> Outcome {
             halves: args.wants(Aov::Denoise),
         };
         let (name, techniques) = (device.name.clone(), args.techniques.to_string());
-        let mut origin = Provenance::of(&scene, &rendering, name, device.merging, args.seed, techniques);
+        let mut origin = Provenance {
+            frame: args.overrides.frame,
+            options: options.clone(),
+            interrupted: !is_done,
+            ..Provenance::of(&scene, &rendering, name, device.merging, args.seed, techniques)
+        };
         let written = write_files(&exr, png.as_deref(), &rendering.film, origin.clone(), aovs, &settings);
         if let Err(failure) = written {
             let mut state = Checkpointable::new(&mut rendering, device.integrator.as_mut());
@@ -338,12 +391,13 @@ pub fn run(args: &Args) -> Outcome {
             let place = elsewhere.or_else(|| keeper.leave(&mut state).ok().flatten().map(Path::to_path_buf));
             return Err(disk::kept(failure, place.as_deref()));
         }
-        origin.exposure = written.ok();
+        stops = written.ok();
+        origin.exposure = stops;
         if let Some(denoised) = &denoised {
             let image = SpectralImage::of_film(&rendering.film, &origin, aovs)
                 .map_err(|problem| Error::usage(problem, "give it bins"))?;
             // What went wrong before comes first, and what is done is kept.
-            files = denoise::write_denoised(&image, &exr, denoised, &settings);
+            denoised_files = denoise::write_denoised(&image, &exr, denoised, &settings);
         }
     }
     let film = &rendering.film;
@@ -362,7 +416,14 @@ pub fn run(args: &Args) -> Outcome {
     if is_done {
         keeper.finish(&mut Checkpointable::new(&mut rendering, device.integrator.as_mut()))?;
     }
-    let files = files?;
+    let denoised = denoised_files?;
+    if let (Some(sequence), Some(stops), true) = (&mut sequence, stops, is_done) {
+        sequence.keep_exposure(&scene, &options, asked, stops)?;
+    }
+    let has_begun = sequence.as_mut().is_some_and(|sequence| {
+        sequence.gpu = device.gpu.take();
+        std::mem::replace(&mut sequence.has_begun, true)
+    });
     let report = Report {
         scene: &scene,
         film: &rendering.film,
@@ -372,7 +433,9 @@ pub fn run(args: &Args) -> Outcome {
         setup,
         exr: share.is_none().then_some(&*exr),
         png: png.as_deref(),
-        denoised: &files,
+        denoised: &denoised,
+        frame: args.overrides.frame,
+        is_brief: has_begun,
         share: share.is_some().then(|| checkpoint::beside(&exr)),
     };
     if args.json {
@@ -431,22 +494,32 @@ pub fn write_files(
     origin.exposure = Some(exposure);
     write_exr(exr, film, &origin, aovs)?;
     if let Some(png) = png {
-        write_picture(png, &xyz, film.settings().width as usize, &settings.development(exposure), Precision::default(), None)?;
+        write_picture(
+            png,
+            &xyz,
+            film.settings().pixel_bounds().width as usize,
+            &settings.development(exposure),
+            Precision::default(),
+            None,
+        )?;
     }
     Ok(exposure)
 }
 
+/// The spectral EXR to write: as told, or beside the scene's name.
+pub fn output(args: &Args, scene: &Path) -> Result<PathBuf> {
+    if let Some(path) = &args.output {
+        return Ok(path.clone());
+    }
+    let stem = scene.file_stem();
+    let stem = stem.ok_or_else(|| Error::file(scene, "this names no file", "give the path of a scene file"))?;
+    let mut name = stem.to_os_string();
+    name.push(".exr");
+    Ok(PathBuf::from(name))
+}
+
 fn output_paths(args: &Args, scene: &Path) -> Result<(PathBuf, PathBuf)> {
-    let exr = match &args.output {
-        Some(path) => path.clone(),
-        None => {
-            let stem = scene.file_stem();
-            let stem = stem.ok_or_else(|| Error::file(scene, "this names no file", "give the path of a scene file"))?;
-            let mut name = stem.to_os_string();
-            name.push(".exr");
-            PathBuf::from(name)
-        }
-    };
+    let exr = output(args, scene)?;
     let names_share = args.checkpoint.share.is_some() && checkpoint::beside(&exr) == exr;
     let png = if names_share { exr.with_extension("png") } else { png_beside(&exr)? };
     Ok((exr, png))
@@ -472,6 +545,9 @@ struct Report<'a> {
     exr: Option<&'a Path>,
     png: Option<&'a Path>,
     denoised: &'a [PathBuf],
+    frame: Option<u32>,
+    /// The plan was told with a frame before.
+    is_brief: bool,
     share: Option<PathBuf>,
 }
 
@@ -485,7 +561,11 @@ impl Report<'_> {
 
     fn text(&self) -> String {
         let (p, device) = (&self.summary.progress, self.device);
-        let mut lines = vec![device.integrator.describe().trim_end().to_string()];
+        let mut lines = Vec::new();
+        if !self.is_brief {
+            lines.push(device.integrator.describe().trim_end().to_string());
+        }
+        let frame = self.frame.map_or(String::new(), |frame| format!(", frame {frame}"));
         let ended = match self.summary.ended {
             Ended::Interrupted => ", interrupted",
             Ended::Samples | Ended::Time | Ended::Error => "",
@@ -496,7 +576,7 @@ impl Report<'_> {
             (least, most) if most > least => format!("{least} to {most} samples"),
             (spp, _) => format!("{spp} samples"),
         };
-        lines.push(format!("{}: {samples} per pixel in {elapsed}{ended}; set-up {setup}", self.scene.name));
+        lines.push(format!("{}{frame}: {samples} per pixel in {elapsed}{ended}; set-up {setup}", self.scene.name));
         lines.push(format!("on {}: {}rays, {}rays/s", device.name, si(p.stats.rays as f64), si(p.rays_per_second)));
         lines.push(match self.summary.batches {
             0 => "no batch of this share is among these samples".to_string(),
@@ -533,6 +613,7 @@ impl Report<'_> {
         };
         json!({
             "scene": self.scene.name,
+            "frame": self.frame,
             "device": self.device.name,
             "exr": self.exr.map(Path::to_string_lossy),
             "png": self.png.map(Path::to_string_lossy),
@@ -540,6 +621,7 @@ impl Report<'_> {
             "share": self.share.as_deref().map(Path::to_string_lossy),
             "width": self.scene.film.width,
             "height": self.scene.film.height,
+            "crop": self.scene.film.crop.map(|part| [part.x, part.y, part.width, part.height]),
             "bins": self.scene.film.bins.count,
             "samples_per_pixel": p.spp,
             "batches": self.summary.batches,

@@ -59,7 +59,7 @@ pub fn run(args: &Args) -> Outcome {
     for case in &cases {
         let outcomes = case.run(
             &|scene, seed, techniques, light_paths| {
-                let opened = device::open_with(scene, args.device.as_deref(), seed, techniques, light_paths, 0)?;
+                let opened = device::open_with(scene, (args.device.as_deref(), None), seed, techniques, light_paths, 0)?;
                 Ok(opened.integrator as Box<dyn Renderer>)
             },
             args.budget,

@@ -1,5 +1,6 @@
 //! Parsers of option values. Each error says what would have been right.
 
+use crate::scene::Tile;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -25,6 +26,12 @@ pub fn time(text: &str) -> Result<Duration, String> {
         Ok(seconds) if seconds > 0.0 && seconds <= 366.0 * 86400.0 => Ok(Duration::from_secs_f64(seconds)),
         _ => Err("write seconds, minutes or hours, as in 30s, 2m or 1.5h".to_string()),
     }
+}
+
+/// Frames per second.
+pub fn rate(text: &str) -> Result<f64, String> {
+    let rate = finite(text).ok().filter(|v| (1e-3..=1e6).contains(v));
+    rate.ok_or_else(|| "write frames per second, as in 24 or 29.97".to_string())
 }
 
 /// `500M`, `2G`, `2GiB`: bytes, by powers of 1024.
@@ -86,6 +93,15 @@ pub fn region(text: &str) -> Result<Region, String> {
         Some(&[x, y]) => Ok(Region { x, y, width: 1, height: 1 }),
         Some(&[x, y, width, height]) if width > 0 && height > 0 => Ok(Region { x, y, width, height }),
         _ => Err("write a pixel as x,y or a region as x,y,width,height".to_string()),
+    }
+}
+
+/// `12,34,5,6`.
+pub fn part(text: &str) -> Result<Tile, String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|t| t.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, width, height]) if width > 0 && height > 0 => Ok(Tile { x, y, width, height }),
+        _ => Err("write a part of the picture in pixels, as x,y,width,height".to_string()),
     }
 }
 

@@ -1,7 +1,7 @@
 //! The difference between two images of the same pixels: squared errors, and tests whether it is more than their errors explain.
 
 use crate::error::Result;
-use crate::output::{Bands, SpectralImage};
+use crate::output::{Bands, SpectralImage, Window};
 use std::path::Path;
 
 /// An image with what is known of its standard errors.
@@ -54,6 +54,23 @@ impl Measurement {
         Ok(Measurement { image, errors, dof, mean_errors, mean_dof })
     }
 
+    /// What lies in `window`, one of the same picture. The error of a part's mean is not known but for those of its pixels.
+    ///
+    /// # Panics
+    /// As [`SpectralImage::cut`].
+    pub fn cut(self, window: Window) -> Self {
+        if self.image.window == window {
+            return self;
+        }
+        let of_errors = |data: Vec<f32>| {
+            let mut image = self.image.clone();
+            image.data = data;
+            image.cut(window).data
+        };
+        let errors = self.errors.map(of_errors);
+        Measurement { image: self.image.cut(window), errors, mean_errors: None, ..self }
+    }
+
     /// Of every pixel, the sum over `weights`, pairs of a wavelength's index and its factor.
     pub fn weighted(&self, weights: &[(usize, f64)]) -> Vec<f64> {
         let pixel = |values: &[f32]| weights.iter().map(|(b, w)| f64::from(values[*b]) * w).sum();
@@ -100,7 +117,7 @@ impl Measurement {
 /// Whether two images have the same quantity, size and wavelengths; the error says what the first has and what not.
 pub fn matches(a: &SpectralImage, b: &SpectralImage) -> std::result::Result<(), String> {
     let same_nm = a.bins() == b.bins() && a.wavelengths_nm.iter().zip(&b.wavelengths_nm).all(|(a, b)| (a - b).abs() < 1e-3);
-    if same_nm && (a.width, a.height, a.quantity) == (b.width, b.height, b.quantity) {
+    if same_nm && (a.window.size, a.quantity) == (b.window.size, b.quantity) {
         return Ok(());
     }
     let describe = |i: &SpectralImage| {

@@ -72,7 +72,8 @@ impl<'a> Errors<'a> {
     }
 
     fn size(&self) -> [usize; 2] {
-        [self.film.settings.width as usize, self.film.settings.height as usize]
+        let bounds = self.film.settings.pixel_bounds();
+        [bounds.width as usize, bounds.height as usize]
     }
 
     /// Mean and variance of the mean that are expected of `pixel`.

@@ -1,4 +1,4 @@
-//! The film on the host: for every pixel and channel the mean over batches and its standard error.
+//! The film on the host: for every pixel that is kept of the picture and every channel the mean over batches and its standard error.
 //!
 //! A channel is a wavelength bin (mean radiance over the bin, W m^-2 sr^-1 nm^-1, or irradiance, W m^-2 nm^-1, for irradiance
 //! sensors) or, after the bins, one of CIE X, Y, Z (683.002 times the integral of radiance and matching function: cd m^-2, or
@@ -28,24 +28,12 @@ use crate::color::cie::is_visible;
 use crate::error::{Error, Result};
 use crate::memory;
 use crate::scene::FilmSettings;
+pub use crate::scene::Tile;
 use crate::state::{Persistent, State, invalid};
 use half::Half;
 use rayon::prelude::*;
 use std::io;
 use whole::Whole;
-
-/// A rectangle of pixels; `x` to the right and `y` downwards from the upper left corner of the film.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Tile {
-    /// First column.
-    pub x: u32,
-    /// First row.
-    pub y: u32,
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-}
 
 /// Pixels and values that a core takes at a time, at least.
 const PIXELS: usize = 1 << 10;
@@ -54,7 +42,7 @@ const VALUES: usize = 1 << 14;
 /// Means and deviations, weights and numbers of batches of a row of the film, and the sums of a tile's row.
 type Row<'a, T> = (((&'a mut [f64], &'a mut [f32]), (&'a mut [f64], &'a mut [u32])), &'a [T]);
 
-/// Batch statistics of every pixel and channel. Pixels are counted row by row from the upper left.
+/// Batch statistics of every pixel and channel. Pixels are counted row by row from the upper left of what is kept ([`FilmSettings::pixel_bounds`]).
 #[derive(Debug, Clone)]
 pub struct Film {
     settings: FilmSettings,
@@ -74,7 +62,7 @@ pub struct Film {
 impl Film {
     /// An empty film. Aborts where memory runs out; [`Film::try_new`] says so instead.
     pub fn new(settings: &FilmSettings) -> Self {
-        let pixels = settings.width as usize * settings.height as usize;
+        let pixels = settings.pixel_bounds().pixels();
         let channels = settings.bins.count as usize + 3;
         Film {
             settings: settings.clone(),
@@ -92,7 +80,7 @@ impl Film {
     pub fn try_new(settings: &FilmSettings) -> Result<Self> {
         let bytes = Self::bytes(settings);
         if !memory::can_have(bytes) {
-            let (w, h, n) = (settings.width, settings.height, settings.bins.count);
+            let (Tile { width: w, height: h, .. }, n) = (settings.pixel_bounds(), settings.bins.count);
             return Err(Error::usage(
                 format!("a film of {w}x{h} pixels and {n} bins takes {:.1} GB, more than there is", bytes as f64 * 1e-9),
                 "choose a smaller --size or fewer --channels",
@@ -103,19 +91,21 @@ impl Film {
 
     /// Bytes that a film of these settings takes.
     pub fn bytes(settings: &FilmSettings) -> u64 {
-        let pixels = u64::from(settings.width) * u64::from(settings.height);
+        let pixels = settings.pixel_bounds().pixels() as u64;
         pixels.saturating_mul(12 * (u64::from(settings.bins.count) + 3) + 12)
     }
 
-    /// Adds one batch to the pixels of `tile`. `sums` holds `[pixel][bins + 3]` sums over the batch's `spp` samples of each bin's
+    /// Adds one batch to the pixels of `tile`, a part of what is kept of the picture. `sums` holds `[pixel][bins + 3]` sums over the batch's `spp` samples of each bin's
     /// mean radiance, then of X, Y, Z. Every pixel of the film is to be in one tile of every batch.
     ///
     /// # Panics
     /// If the tile is not inside the film, `sums` has the wrong length or `spp` is 0: the caller's mistakes, which no input can
     /// make.
     pub fn add_batch(&mut self, tile: Tile, sums: &[f32], spp: u32) {
-        let (width, height, channels) = (self.settings.width, self.settings.height, self.channels);
-        assert!(tile.x + tile.width <= width && tile.y + tile.height <= height, "tile {tile:?} leaves the {width}x{height} film");
+        let (bounds, channels) = (self.settings.pixel_bounds(), self.channels);
+        let leaves_columns = tile.x < bounds.x || tile.x + tile.width > bounds.x + bounds.width;
+        let leaves_rows = tile.y < bounds.y || tile.y + tile.height > bounds.y + bounds.height;
+        assert!(!leaves_columns && !leaves_rows, "tile {tile:?} leaves the film, {bounds:?}");
         assert_eq!(sums.len(), tile.width as usize * tile.height as usize * channels, "sums of tile {tile:?}");
         self.add(tile, sums, spp);
     }
@@ -126,15 +116,14 @@ impl Film {
     /// If `sums` has the wrong length or `spp` is 0.
     pub fn add_batch_f64(&mut self, sums: &[f64], spp: u32) {
         assert_eq!(sums.len(), self.mean.len(), "sums of the whole film");
-        let FilmSettings { width, height, .. } = self.settings;
-        self.add(Tile { x: 0, y: 0, width, height }, sums, spp);
+        self.add(self.settings.pixel_bounds(), sums, spp);
     }
 
     /// Adds to rows on all cores, while one sums up the whole; in the same order always.
     fn add<T: Copy + Into<f64> + Sync>(&mut self, tile: Tile, sums: &[T], spp: u32) {
         assert!(spp > 0, "a batch without samples");
-        let (channels, w) = (self.channels, f64::from(spp));
-        let (width, columns) = (self.settings.width as usize, tile.width as usize);
+        let (channels, w, bounds) = (self.channels, f64::from(spp), self.settings.pixel_bounds());
+        let (tile, width, columns) = (tile.within(bounds), bounds.width as usize, tile.width as usize);
         let (first, end) = (tile.x as usize, tile.x as usize + columns);
         let rows = |y: u32| y as usize * width..(y + tile.height) as usize * width;
         let (pixels, values) = (rows(tile.y), rows(tile.y).start * channels..rows(tile.y).end * channels);
@@ -178,7 +167,7 @@ impl Film {
         }
     }
 
-    /// Resolution, bins and filter.
+    /// Resolution, part of the picture, bins and filter.
     pub fn settings(&self) -> &FilmSettings {
         &self.settings
     }
@@ -319,7 +308,8 @@ impl Film {
 
     /// The settings of the film that [`Film::block_means`] fills.
     pub fn block_settings(settings: &FilmSettings, size: u32) -> FilmSettings {
-        FilmSettings { width: settings.width.div_ceil(size), height: settings.height.div_ceil(size), ..settings.clone() }
+        let Tile { width, height, .. } = settings.pixel_bounds();
+        FilmSettings { width: width.div_ceil(size), height: height.div_ceil(size), crop: None, ..settings.clone() }
     }
 
     /// Means over blocks of `size` x `size` pixels (less at the right and lower rim), `[block][bins + 3]`. Pixels of one batch
@@ -329,7 +319,7 @@ impl Film {
         let blocks = Self::block_settings(&self.settings, size);
         let mut sums = vec![0.0; blocks.width as usize * blocks.height as usize * self.channels];
         let mut counts = vec![0u32; blocks.width as usize * blocks.height as usize];
-        let width = self.settings.width as usize;
+        let width = self.settings.pixel_bounds().width as usize;
         for pixel in 0..self.pixels() {
             let (x, y) = (pixel % width, pixel / width);
             let block = y / size as usize * blocks.width as usize + x / size as usize;

@@ -24,9 +24,10 @@ const WORTHWHILE: f64 = 0.05;
 /// Rates of sampling over a picture, and what they are learned from.
 #[derive(Debug)]
 pub(super) struct Adaptive {
-    /// Blocks of 8 x 8 pixels in a row of the picture.
+    /// What is kept of the picture.
+    bounds: Tile,
+    /// Blocks of 8 x 8 pixels in a row of it.
     across: usize,
-    width: usize,
     /// Pixels count by luminance; where the bins are not visible, by the sum over them.
     by_luminance: bool,
     /// Samples of each block over the mean of all, in the batch under way and in the next ones: what a batch settles counts from the second one after it on,
@@ -48,16 +49,17 @@ pub(super) struct Adaptive {
 impl Adaptive {
     /// Even rates.
     pub(super) fn new(settings: &FilmSettings) -> Self {
-        let (width, height) = (settings.width as usize, settings.height as usize);
-        let blocks = width.div_ceil(8) * height.div_ceil(8);
+        let bounds = settings.pixel_bounds();
+        let across = bounds.width.div_ceil(8) as usize;
+        let blocks = across * bounds.height.div_ceil(8) as usize;
         let Bins { min_nm, max_nm, .. } = settings.bins;
         Self {
-            across: width.div_ceil(8),
-            width,
+            bounds,
+            across,
             by_luminance: is_visible(min_nm, max_nm),
             rates: vec![1.0; blocks],
             next: vec![1.0; blocks],
-            before: vec![0.0; width * height],
+            before: vec![0.0; bounds.pixels()],
             spp_before: 0,
             total: 0.0,
             mean: 0.0,
@@ -68,7 +70,8 @@ impl Adaptive {
 
     /// Numbers of the blocks of `tile`, row by row.
     fn blocks(&self, tile: Tile) -> impl Iterator<Item = usize> + use<> {
-        let (x, y, across) = (tile.x as usize / 8, tile.y as usize / 8, self.across);
+        let (tile, across) = (tile.within(self.bounds), self.across);
+        let (x, y) = (tile.x as usize / 8, tile.y as usize / 8);
         let columns = tile.width.div_ceil(8) as usize;
         (0..columns * tile.height.div_ceil(8) as usize).map(move |i| (y + i / columns) * across + x + i % columns)
     }
@@ -88,12 +91,13 @@ impl Adaptive {
     pub(super) fn learn(&mut self, (tile, rates): (Tile, &[f64]), by_camera: &[[f32; 2]], spp: u32, film: &Film) {
         let is_pair = self.batches % 2 == 1 && self.mean > 0.0 && self.spp_before == spp;
         let floor = 0.01 * self.mean * self.mean;
+        let (tile, width) = (tile.within(self.bounds), self.bounds.width as usize);
         let columns = tile.width as usize;
         let place = |i: usize| (tile.x as usize + i % columns, tile.y as usize + i / columns);
         let rate = |i: usize| rates[i / columns / 8 * columns.div_ceil(8) + i % columns / 8];
         let of_pixel = |(i, [radiance, luminance]): (usize, &[f32; 2])| {
             let (x, y) = place(i);
-            let pixel = y * self.width + x;
+            let pixel = y * width + x;
             let (value, known) = if self.by_luminance {
                 (luminance, film.xyz(pixel)[1])
             } else {
@@ -111,7 +115,7 @@ impl Adaptive {
             if is_pair {
                 self.squares[self.batches as usize / 2 % 2][y / 8 * self.across + x / 8] += squares;
             }
-            self.before[y * self.width + x] = value;
+            self.before[y * width + x] = value;
         }
     }
 
@@ -128,7 +132,7 @@ impl Adaptive {
 
 impl Persistent for Adaptive {
     fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
-        let Adaptive { across: _, width: _, by_luminance: _, rates, next, before, spp_before, total, mean, squares, batches } =
+        let Adaptive { bounds: _, across: _, by_luminance: _, rates, next, before, spp_before, total, mean, squares, batches } =
             self;
         state.slice(rates)?;
         state.slice(next)?;
@@ -204,6 +208,7 @@ mod tests {
         let settings = FilmSettings {
             width: 16,
             height: 20,
+            crop: None,
             bins: Bins { count: 2, min_nm: 400.0, max_nm: 700.0 },
             filter: Filter::Box,
             sampling: WavelengthSampling::Continuous,

@@ -7,7 +7,7 @@ use super::guide::Guide;
 use super::landing::Landing;
 use super::learned::{Learned, MOST_HALVINGS};
 use super::merge::{self, Merge};
-use super::params::params;
+use super::params::{View, params};
 use super::probe::probed;
 use super::sample_counts::{ROUND, SampleCounts, Window, splitmix};
 use super::tile_sums::TileSums;
@@ -22,7 +22,7 @@ use crate::gpu::scene::GpuScene;
 use crate::gpu::{AdapterInfo, Gpu, Kernel, Resource, Staging, Timer, Traffic};
 use crate::render::{Batch, Halt, Integrator, Renderer};
 use crate::scene::bounds_of_all;
-use crate::scene::{Bins, Scene};
+use crate::scene::{Bins, FilmSettings, Scene};
 use crate::spectrum::library::{Observer, observer};
 use crate::stage::{self, Stage};
 use crate::state::{Persistent, State};
@@ -63,7 +63,7 @@ pub struct GpuIntegrator {
     wavelengths: Wavelengths,
     bins: Bins,
     seed: u32,
-    pub(super) params: Params,
+    pub(super) view: View,
     uniforms: Resource,
     counters: (Resource, Staging),
     timer: Option<Timer>,
@@ -104,16 +104,22 @@ impl GpuIntegrator {
         Self::with_plan(scene, device, seed, Plan::new(scene, techniques))
     }
 
-    /// Likewise, and where memory runs out again with smaller tiles, halved `halvings` times at least. They are a part of the state: light paths are
-    /// traced for every tile.
+    /// Likewise, on a device that is open already if one is given, and where memory runs out again on one opened anew with smaller tiles, halved `halvings` times
+    /// at least. They are a part of the state: light paths are traced for every tile.
     ///
     /// # Errors
     /// As [`GpuIntegrator::new`]; [`crate::Error::OutOfMemory`] if the smallest tiles do not help.
-    pub fn with_tiles(scene: &Scene, device: Option<&str>, seed: u64, techniques: Techniques, halvings: u32) -> Result<Self> {
+    pub fn with_tiles(
+        scene: &Scene,
+        (device, mut open): (Option<&str>, Option<Arc<Gpu>>),
+        seed: u64,
+        techniques: Techniques,
+        halvings: u32,
+    ) -> Result<Self> {
         stage::enter(Stage::Planning);
         let mut halvings = halvings.min(MOST_HALVINGS);
         loop {
-            let gpu = Arc::new(Gpu::open(device)?);
+            let gpu = open.take().map_or_else(|| Gpu::open(device).map(Arc::new), Ok)?;
             match Self::in_tiles(gpu, scene, seed, Plan::new(scene, techniques), halvings) {
                 Err(Error::OutOfMemory { .. }) if halvings < MOST_HALVINGS => halvings += 1,
                 done => return done,
@@ -152,10 +158,19 @@ impl GpuIntegrator {
             merge::reach(scene),
             texels::<PassHead>() + gpu_scene.rows.len() as u32 * plan.wavelengths.div_ceil(4),
         )?;
-        let largest = |p: &Params| tiles(&gpu, &plan, p.image_width, p.image_height, halvings)[0];
-        let blocks = [params, probed(&params)].iter().map(|p| blocks(largest(p))).max().unwrap_or(1);
+        let bounds = scene.film.pixel_bounds();
+        let view = View { params, bounds };
+        let largest = |bounds: Tile| blocks(tiles(&gpu, &plan, bounds, halvings)[0]);
+        let blocks = [view, probed(&view)].map(|view| largest(view.bounds)).into_iter().fold(1, u32::max);
         let passes = ((EVENTS_OF_INVOCATION / scene.max_depth.max(1)).min(PASSES_PER_DISPATCH) >> halvings).max(1);
-        let merge = if plan.has(Feature::Merging) { Some(Merge::new(&gpu, &plan, scene, blocks, passes)?) } else { None };
+        let merge = if plan.has(Feature::Merging) {
+            // As many passes at a time as of the whole picture, so that sums are rounded alike.
+            let whole = FilmSettings { crop: None, ..scene.film.clone() };
+            let passes = merge::passes(&gpu, &plan, blocks.max(largest(whole.pixel_bounds())), passes);
+            Some(Merge::new(&gpu, &plan, scene, blocks, passes)?)
+        } else {
+            None
+        };
         (params.heads, params.points) = merge.as_ref().map_or((0, 0), |g| (g.cells, g.slots));
         let constants = plan.constants() + &gpu_scene.constants;
         let limit = gpu.device.limits().max_compute_workgroups_per_dimension;
@@ -195,7 +210,7 @@ impl GpuIntegrator {
             wavelengths,
             bins,
             seed,
-            params,
+            view: View { params, bounds },
             uniforms,
             counters,
             timer: None,
@@ -232,6 +247,11 @@ impl GpuIntegrator {
     /// What the scene needed.
     pub fn plan(&self) -> &Plan {
         &self.plan
+    }
+
+    /// The device that it runs on, with its kernels, for others to run on.
+    pub fn gpu(&self) -> Arc<Gpu> {
+        self.gpu.clone()
     }
 
     /// Where it runs.
@@ -284,7 +304,7 @@ impl GpuIntegrator {
             let sampled = self.wavelengths.pass(offset);
             let wavelength_bins: Vec<u32> = sampled.iter().map(|(nm, _)| self.bins.index_of(*nm)).collect();
             let kept = self.wavelengths.collapse_wavelengths(self.collapse_wavelengths, collapse);
-            let (radius, per_metre) = self.merge.as_ref().map_or((0.0, 0.0), |g| g.radius(number, self.params.image_height));
+            let (radius, per_metre) = self.merge.as_ref().map_or((0.0, 0.0), |g| g.radius(number, self.view.params.image_height));
             let head = PassHead {
                 collapse: UVec4::from_array(kept.map(|(wavelength, _)| wavelength)),
                 collapse_weights: Vec4::from_array(kept.map(|(_, weight)| weight as f32)),
@@ -317,13 +337,17 @@ impl GpuIntegrator {
 
     /// Traces passes over one tile, at these rates of its blocks.
     pub(super) fn trace(&mut self, tile: Tile, passes: Passes, rates: &[f64]) -> Result<Traced> {
-        let guide =
-            self.learned.guide.as_ref().map(|g| self.gpu.table("guide of light paths", &g.table(self.pixels()))).transpose()?;
+        let guide = self
+            .learned
+            .guide
+            .as_ref()
+            .map(|g| self.gpu.table("guide of light paths", &g.table(self.view.pixels())))
+            .transpose()?;
         let light_paths = self.light_paths(passes);
         let (guiding_sample_rate, guiding_sample_room) = self.learned.guide.as_mut().map_or((0.0, 0), |g| g.expect(light_paths));
         let (mut stats, mut earlier) = (BatchStats::default(), Vec::new());
         let mut summed = 0;
-        let light_units = self.params.light_paths.div_ceil(64);
+        let light_units = self.view.params.light_paths.div_ceil(64);
         let least_groups = least_groups(&self.gpu);
         for (first, window) in self.windows(passes, rates) {
             let count = window.passes;
@@ -361,7 +385,7 @@ impl GpuIntegrator {
                 seed: self.seed,
                 guiding_sample_rate,
                 guiding_sample_room,
-                ..self.params
+                ..self.view.params
             };
             let timer = self.timer.as_ref();
             let (gpu, halt) = (&self.gpu, &self.halt);
@@ -402,7 +426,7 @@ impl GpuIntegrator {
 
     /// All those of some passes.
     fn light_paths(&self, passes: Passes) -> f64 {
-        f64::from(self.params.light_paths) * f64::from(passes.count)
+        f64::from(self.view.params.light_paths) * f64::from(passes.count)
     }
 
     /// Adds what single precision holds so far to `sums`.
@@ -432,7 +456,7 @@ impl GpuIntegrator {
         let splats = self.splats.is_some().then(&mut next).transpose()?;
         let report = self.learned.guide.is_some().then(&mut next).transpose()?;
         // Every pass is an estimate from all its light paths.
-        let quantum = 1.0 / (f64::from(self.params.inverse_quantum) * f64::from(self.params.light_paths));
+        let quantum = 1.0 / (f64::from(self.view.params.inverse_quantum) * f64::from(self.view.params.light_paths));
         let channels = self.plan.bins as usize + 3;
         let in_quanta = self.plan.has(Feature::SensorLens);
         let sums = TileSums { tile, spp: passes.count, channels, film, in_quanta, earlier, splats, quantum };
@@ -470,25 +494,23 @@ impl GpuIntegrator {
         windows
     }
 
-    pub(super) fn pixels(&self) -> f64 {
-        f64::from(self.params.image_width) * f64::from(self.params.image_height)
-    }
-
     /// Tiles that the picture is rendered in; light paths are traced for each.
     pub fn tile_count(&self) -> usize {
         self.tiles().len()
     }
 
     pub(super) fn tiles(&self) -> Vec<Tile> {
-        tiles(&self.gpu, &self.plan, self.params.image_width, self.params.image_height, self.learned.halvings)
+        tiles(&self.gpu, &self.plan, self.view.bounds, self.learned.halvings)
     }
 
     pub(super) fn set_budget(&mut self, budget: Budget) {
-        self.params.light_paths = (self.pixels() * budget.light_paths).round().max(1.0) as u32;
+        // Those that are told go with camera paths of the whole picture, so that a part of it has the same.
+        let pixels = if budget.probe.is_some() { self.view.pixels() } else { self.view.pixels_of_picture() };
+        self.view.params.light_paths = (pixels * budget.light_paths).round().max(1.0) as u32;
         self.learned.budget = Some(budget);
     }
 
-    /// Has so many light paths go with each camera path, instead of what a probe finds best.
+    /// Has so many light paths go with each camera path of the whole picture, instead of what a probe finds best.
     pub fn set_light_paths(&mut self, for_each_camera_path: f64) {
         self.set_budget(Budget { light_paths: for_each_camera_path, probe: None });
     }
@@ -573,9 +595,9 @@ impl GpuIntegrator {
         // A lens bends by its indices.
         let spectra = gpu.table("spectra", &self.spectra(0, 1).0)?;
         resources.push(("spectra", &spectra));
-        let params = Params { samples, batch: index, seed: self.seed, ..self.params };
+        let params = Params { samples, batch: index, seed: self.seed, ..self.view.params };
         let tiles = self.tiles();
-        aov::run((gpu, &self.halt), pass, &tiles, &resources, (&self.uniforms, &self.counters), params)
+        aov::run((gpu, &self.halt), pass, (self.view.bounds, &tiles), &resources, (&self.uniforms, &self.counters), params)
     }
 }
 
@@ -629,7 +651,7 @@ impl Integrator for GpuIntegrator {
 
 impl Renderer for GpuIntegrator {
     fn describe(&self) -> String {
-        let budget = self.learned.budget.map_or(String::new(), |budget| format!("  budget: {budget}\n"));
+        let budget = self.learned.budget.map_or(String::new(), |budget| format!("  budget: {budget}{}\n", self.of_part(budget)));
         let tiles = match self.learned.halvings {
             0 => String::new(),
             _ => format!("  memory: it ran out on the device; {} smaller tiles\n", self.tile_count()),
@@ -643,6 +665,17 @@ impl Renderer for GpuIntegrator {
 
     fn aovs(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<AovBuffers> {
         self.gpu.faults.guard(|| self.hits(albedos, index, samples))
+    }
+}
+
+impl GpuIntegrator {
+    /// What a budget that is told means for a part of the picture.
+    fn of_part(&self, budget: Budget) -> String {
+        let share = self.view.pixels_of_picture() / self.view.pixels();
+        if share == 1.0 || budget.probe.is_some() {
+            return String::new();
+        }
+        format!(": all those of the whole picture, {:.2} for each of the part", budget.light_paths * share)
     }
 }
 

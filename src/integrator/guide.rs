@@ -8,6 +8,7 @@
 
 use super::brightness::{BLOCKS, Brightness};
 use crate::error::Result;
+use crate::film::Tile;
 use crate::gpu::{Gpu, Resource, Staging};
 use crate::state::{Persistent, State, invalid};
 use bytemuck::{Pod, Zeroable};
@@ -229,12 +230,13 @@ impl Guide {
         }
     }
 
-    /// Half the mean square of the difference of two pictures (sums over the bins of each pixel), relative to brightness: the variance of one.
-    pub fn relative_variance(&self, width: u32, a: &[f32], b: &[f32]) -> f64 {
+    /// Half the mean square of the difference of two pictures (sums over the bins of each pixel) of a part of one of so many pixels, relative to brightness:
+    /// the variance of one.
+    pub fn relative_variance(&self, (width, height): (u32, u32), part: Tile, a: &[f32], b: &[f32]) -> f64 {
         let brightness: Vec<f64> = self.brightness.of_blocks().collect();
         let block = |at: usize, size: usize| at * BLOCKS / size;
-        let (width, height) = (width as usize, a.len() / width as usize);
-        let squares = a.iter().zip(b).enumerate().map(|(i, (a, b))| {
+        let (width, height) = (width as usize, height as usize);
+        let squares = part.numbers(width as u32).zip(a.iter().zip(b)).map(|(i, (a, b))| {
             let around = brightness[block(i / width, height) * BLOCKS + block(i % width, width)];
             if around > 0.0 { (f64::from(a - b) / around).powi(2) } else { 0.0 }
         });

@@ -34,14 +34,13 @@ pub(super) struct Merge {
 }
 
 impl Merge {
-    /// Buffers for the points of a tile of `blocks` blocks, the largest one, in up to `most_passes` passes.
+    /// Buffers for the points of a tile of `blocks` blocks, the largest one, in `passes` passes.
     ///
     /// # Errors
     /// [`crate::error::Error::Device`] if the adapter cannot hold them.
-    pub fn new(gpu: &Gpu, plan: &Plan, scene: &Scene, blocks: u32, most_passes: u32) -> Result<Self> {
+    pub fn new(gpu: &Gpu, plan: &Plan, scene: &Scene, blocks: u32, passes: u32) -> Result<Self> {
         let point_bytes = point_bytes(plan);
         let pixels = 64 * u64::from(blocks);
-        let passes = (POINT_BYTES.min(gpu.max_binding()) / (pixels * point_bytes)).clamp(1, u64::from(most_passes)) as u32;
         // Where blocks differ in their samples, some passes have a few more than others.
         let slots = pixels * u64::from(passes) + (pixels * u64::from(passes) / 8).next_multiple_of(64) + 64 * 64;
         let points = gpu.empty_table("visible points", slots * point_bytes / 16)?;
@@ -73,6 +72,12 @@ pub fn mean_squared_radius(passes: u64) -> f64 {
     let terms: f64 = (1..=passes.min(EXACT)).map(|pass| (pass as f64).powf(ALPHA - 1.0)).sum();
     let integral = |pass: u64| (pass as f64 + 0.5).powf(ALPHA) / ALPHA;
     (terms + integral(passes.max(EXACT)) - integral(EXACT)) / passes.max(1) as f64
+}
+
+/// Passes over a tile of `blocks` blocks whose points have room together, `most` at most.
+pub(super) fn passes(gpu: &Gpu, plan: &Plan, blocks: u32, most: u32) -> u32 {
+    let bytes = 64 * u64::from(blocks) * point_bytes(plan);
+    (POINT_BYTES.min(gpu.max_binding()) / bytes).clamp(1, u64::from(most)) as u32
 }
 
 /// Bytes of a point, its throughput included, and through a lens where each wavelength lands.

@@ -5,7 +5,7 @@ use crate::geometry::Bounds;
 use crate::gpu::layout::Params;
 use crate::gpu::scene::{GpuScene, volume_stack};
 use crate::lens::camera::PUPIL_BOUNDS;
-use crate::scene::{Filter, SLACK, Scene, Sensor, Starts, initial_interiors};
+use crate::scene::{Filter, SLACK, Scene, Sensor, Starts, Tile, initial_interiors};
 use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
 
@@ -27,7 +27,7 @@ pub(super) fn params(
         image_height: film.height,
         max_depth: scene.max_depth,
         spectra_stride,
-        light_paths: film.width * film.height,
+        light_paths: film.pixel_bounds().pixels() as u32,
         filter_reach: match film.filter {
             Filter::Box => 0.5,
             Filter::Tent { radius } => radius as f32,
@@ -96,15 +96,45 @@ pub(super) fn params(
     Ok(p)
 }
 
-/// The same view in at most about so many `pixels`, with as many light paths for each of them.
-pub(super) fn coarser(fine: &Params, pixels: f64) -> Params {
-    let count = |p: &Params| f64::from(p.image_width) * f64::from(p.image_height);
-    let scale = (pixels / count(fine)).sqrt().min(1.0);
-    let along = |n: u32| ((f64::from(n) * scale).round() as u32).max(1);
-    let mut coarse = Params { image_width: along(fine.image_width), image_height: along(fine.image_height), ..*fine };
-    let area = count(fine) / count(&coarse);
-    coarse.light_paths = ((f64::from(fine.light_paths) / area).round() as u32).max(1);
-    // What a light path adds to a pixel is the more, the smaller the pixel.
-    coarse.inverse_quantum = (f64::from(fine.inverse_quantum) * area) as f32;
-    coarse
+/// What is rendered of which picture.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct View {
+    /// The picture, with the number of light paths of a pass.
+    pub params: Params,
+    /// The part of it that is kept.
+    pub bounds: Tile,
+}
+
+impl View {
+    /// Pixels of the picture.
+    pub fn pixels_of_picture(&self) -> f64 {
+        f64::from(self.params.image_width) * f64::from(self.params.image_height)
+    }
+
+    /// Pixels of the part that is kept.
+    pub fn pixels(&self) -> f64 {
+        self.bounds.pixels() as f64
+    }
+
+    /// The same view with at most about so many `pixels` kept, with as many light paths for each of them.
+    pub fn coarser(&self, pixels: f64) -> View {
+        let scale = (pixels / self.pixels()).sqrt().min(1.0);
+        let fine = &self.params;
+        let along = |n: u32| ((f64::from(n) * scale).round() as u32).max(1);
+        let mut params = Params { image_width: along(fine.image_width), image_height: along(fine.image_height), ..*fine };
+        // All pixels that the part reaches into.
+        let of_axis = |first: u32, count: u32, (fine, coarse): (u32, u32)| {
+            let at = |n: u32| u64::from(n) * u64::from(coarse);
+            let (low, high) = (at(first) / u64::from(fine), at(first + count).div_ceil(u64::from(fine)));
+            (low as u32, (high - low) as u32)
+        };
+        let (x, width) = of_axis(self.bounds.x, self.bounds.width, (fine.image_width, params.image_width));
+        let (y, height) = of_axis(self.bounds.y, self.bounds.height, (fine.image_height, params.image_height));
+        let coarse = View { params, bounds: Tile { x, y, width, height } };
+        let area = self.pixels_of_picture() / coarse.pixels_of_picture();
+        params.light_paths = ((f64::from(fine.light_paths) / area).round() as u32).max(1);
+        // What a light path adds to a pixel is the more, the smaller the pixel.
+        params.inverse_quantum = (f64::from(fine.inverse_quantum) * area) as f32;
+        View { params, ..coarse }
+    }
 }

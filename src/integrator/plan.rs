@@ -1,7 +1,7 @@
 //! What a scene needs, worked out before a shader is compiled: only that is in the pipeline.
 
 use super::features::{Feature, Features, Group, Needs, Pass, SCATTERING};
-use crate::scene::{Light, Scene};
+use crate::scene::{FilmSettings, Light, Scene, Tile};
 use std::fmt;
 
 /// The ways in which paths are found; all of them unless told otherwise. What one cannot find, or finds badly, the others do.
@@ -51,6 +51,8 @@ pub struct Plan {
     pub texture_bytes: u64,
     /// How paths are found.
     pub techniques: Techniques,
+    /// Which part of the picture is rendered, if it is not all, and what light paths mean for it, in words.
+    pub part: Option<String>,
     /// Light that no pass finds, and what to do, one line each.
     pub blind_spots: Vec<String>,
 }
@@ -68,6 +70,7 @@ impl Plan {
             bins: scene.film.bins.count,
             texture_bytes: crate::scene::texture::bytes(scene),
             techniques,
+            part: part(&scene.film, camera.has(Feature::Caustics)),
             blind_spots: blind_spots(scene, camera),
         }
     }
@@ -137,6 +140,21 @@ impl Plan {
     }
 }
 
+/// In words, the part of a film's picture that is rendered.
+fn part(film: &FilmSettings, has_light_paths: bool) -> Option<String> {
+    let Tile { x, y, width, height } = film.crop?;
+    let times = film.pixels() as f64 / f64::from(width) / f64::from(height);
+    let part = format!("{width}x{height} pixels from {x},{y} of {}x{}, {:.2} %", film.width, film.height, 100.0 / times);
+    Some(if has_light_paths {
+        format!(
+            "{part}; a probe finds how many light paths are best for it, while those of the whole picture (--light-paths N) are {times:.1} N for each of its \
+             camera paths"
+        )
+    } else {
+        part
+    })
+}
+
 /// What the techniques at hand cannot see.
 fn blind_spots(scene: &Scene, features: Features) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
@@ -184,6 +202,9 @@ impl fmt::Display for Plan {
             ];
             let ways: Vec<_> = ways.iter().filter(|(feature, _)| self.has(*feature)).map(|(_, text)| *text).collect();
             writeln!(f, "  caustics: light paths, {}", ways.join(" and "))?;
+        }
+        if let Some(part) = &self.part {
+            writeln!(f, "  part: {part}")?;
         }
         if self.is_adaptive() {
             writeln!(f, "  samples: more of them where errors are large")?;

@@ -3,7 +3,7 @@
 use super::GpuIntegrator;
 use super::gpu_integrator::Passes;
 use super::merge;
-use super::params::{coarser, params};
+use super::params::{View, params};
 use super::probe::unexpected;
 use super::tiles::even_rates;
 use crate::error::Result;
@@ -40,13 +40,13 @@ impl GpuIntegrator {
     /// # Errors
     /// As [`crate::render::Integrator::render_batch`].
     pub fn preview(&mut self, scene: &Scene, preview: Preview, guide: &mut Vec<u8>) -> Result<Film> {
-        let (params, fitting, own) = (self.params, self.learned.fitting, self.guide()?);
+        let (view, fitting, own) = (self.view, self.learned.fitting, self.guide()?);
         let collapse_wavelengths = self.collapse_wavelengths;
         let light = if preview.has_light_paths { None } else { self.light.take() };
         let faults = self.gpu.faults.clone();
         let looked = faults.guard(|| self.look(scene, preview, guide));
         self.light = light.or(self.light.take());
-        (self.params, self.learned.fitting, self.collapse_wavelengths) = (params, fitting, collapse_wavelengths);
+        (self.view, self.learned.fitting, self.collapse_wavelengths) = (view, fitting, collapse_wavelengths);
         self.set_guide(&own)?;
         looked
     }
@@ -55,15 +55,16 @@ impl GpuIntegrator {
         // What an interrupted batch has left there.
         let left = [&self.film.0].into_iter().chain(self.splats.iter().map(|(splats, _)| splats));
         left.chain(self.learned.guide.iter().map(|g| &g.guiding_samples)).for_each(|buffer| self.gpu.clear(buffer));
-        let picture = self.params;
+        let picture = self.view.params;
         let uploaded = (picture.spectra_stride, picture.heads, picture.points);
         let seen = params(scene, bounds_of_all(&scene.shapes), &self.scene, merge::reach(scene), uploaded.0)?;
-        let coarse = coarser(&Params { heads: uploaded.1, points: uploaded.2, ..seen }, preview.pixels);
-        let light_paths = ((f64::from(coarse.light_paths) * LIGHT_PATHS).round() as u32).max(1);
+        let params = Params { heads: uploaded.1, points: uploaded.2, ..seen };
+        let coarse = View { params, bounds: scene.film.pixel_bounds() }.coarser(preview.pixels);
+        let light_paths = ((f64::from(coarse.params.light_paths) * LIGHT_PATHS).round() as u32).max(1);
         if !guide.is_empty() {
             self.set_guide(guide)?;
         }
-        self.params = Params { light_paths, ..coarse };
+        self.view = View { params: Params { light_paths, ..coarse.params }, ..coarse };
         // Of one wavelength alone glass would have its colour. Fewer photons meet points of theirs, but no less is expected of them.
         self.collapse_wavelengths = 4;
         let film = self.passes_of_preview(scene, preview)?;
@@ -76,8 +77,9 @@ impl GpuIntegrator {
     fn passes_of_preview(&mut self, scene: &Scene, preview: Preview) -> Result<Film> {
         let Preview { passes, number, .. } = preview;
         let batch = u32::MAX - (NUMBERS << 1) + number % NUMBERS;
-        let (width, height) = (self.params.image_width, self.params.image_height);
-        let mut film = Film::new(&FilmSettings { width, height, ..scene.film.clone() });
+        let View { params: Params { image_width: width, image_height: height, .. }, bounds } = self.view;
+        let crop = scene.film.crop.map(|_| bounds);
+        let mut film = Film::new(&FilmSettings { width, height, crop, ..scene.film.clone() });
         let mut room = Vec::new();
         for tile in self.tiles() {
             let passes = Passes { batch, number: u64::from(number) * u64::from(passes), count: passes };

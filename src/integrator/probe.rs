@@ -3,11 +3,10 @@
 use super::GpuIntegrator;
 use super::budget::{Budget, Probe};
 use super::gpu_integrator::Passes;
-use super::params::coarser;
+use super::params::View;
 use super::tiles::even_rates;
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::gpu::layout::Params;
 use crate::render::Batch;
 use crate::state::{Persistent, State};
 use crate::stats::BatchStats;
@@ -21,16 +20,15 @@ const ROUNDS: (f64, f64) = (4.0, 12.0);
 /// Probes have the last numbers of batches, each so many.
 const NUMBERS: u32 = 16;
 
-/// What the largest probe renders of the picture.
-pub(super) fn probed(picture: &Params) -> Params {
-    extent(picture, PROBES[1].1).0
+/// What the largest probe renders.
+pub(super) fn probed(view: &View) -> View {
+    extent(view, PROBES[1].1).0
 }
 
-/// What a probe of so many samples renders of the picture, and in how many rounds.
-fn extent(picture: &Params, samples: f64) -> (Params, u32) {
-    let part = coarser(picture, samples / ROUNDS.0);
-    let pixels = f64::from(part.image_width) * f64::from(part.image_height);
-    (part, (samples / pixels).clamp(ROUNDS.0, ROUNDS.1) as u32)
+/// What a probe of so many samples renders, and in how many rounds.
+fn extent(view: &View, samples: f64) -> (View, u32) {
+    let part = view.coarser(samples / ROUNDS.0);
+    (part, (samples / part.pixels()).clamp(ROUNDS.0, ROUNDS.1) as u32)
 }
 
 pub(super) fn unexpected(e: io::Error) -> Error {
@@ -41,7 +39,7 @@ impl GpuIntegrator {
     /// Learns where light paths are of use, and how many are best, from a few passes that the film never sees: what they find before that is mostly noise.
     pub(super) fn probe(&mut self, batch: Batch, film: &mut Film) -> Result<()> {
         let due = PROBES.iter().take_while(|(beyond, _)| batch.first_pass + u64::from(batch.spp) > *beyond).count();
-        let rounds_of = |probe: usize| extent(&self.params, PROBES[probe].1).1;
+        let rounds_of = |probe: usize| extent(&self.view, PROBES[probe].1).1;
         // Of a small picture the first one has told as much.
         let tells_more = |before: usize| before == 0 || rounds_of(due - 1) > rounds_of(before - 1);
         let is_due = due > self.learned.probes && tells_more(self.learned.probes);
@@ -52,11 +50,11 @@ impl GpuIntegrator {
         if is_due && let Some(guide) = &mut self.learned.guide {
             let mut before = Vec::new();
             guide.persist(&mut State::saving(&mut before)).map_err(unexpected)?;
-            let picture = self.params;
-            let (part, rounds) = extent(&picture, PROBES[due - 1].1);
-            self.params = part;
+            let view = self.view;
+            let (part, rounds) = extent(&view, PROBES[due - 1].1);
+            self.view = part;
             let probe = self.probe_rounds(rounds, u32::MAX - due as u32 * NUMBERS);
-            self.params = picture;
+            self.view = view;
             let mut probe = match (probe, &mut self.learned.guide) {
                 (Err(error), Some(guide)) => {
                     // The state changes as a whole or not at all.
@@ -79,8 +77,10 @@ impl GpuIntegrator {
     fn probe_rounds(&mut self, rounds: u32, first_batch: u32) -> Result<Probe> {
         let (mut last, mut room): (Vec<f32>, Vec<f32>) = Default::default();
         let mut sum = Probe { camera_variance: 0.0, light_variance: 0.0, camera_rays: 0.0, light_rays: 0.0 };
+        let View { params, bounds } = self.view;
+        let size = (params.image_width, params.image_height);
         for round in 0..rounds {
-            let mut picture = vec![0.0; self.pixels() as usize];
+            let mut picture = vec![0.0; bounds.pixels()];
             let (mut squares, mut stats) = (0.0, BatchStats::default());
             for tile in self.tiles() {
                 let passes = Passes { batch: first_batch + round, number: u64::from(round), count: 1 };
@@ -88,11 +88,10 @@ impl GpuIntegrator {
                 let sums = self.bring_back(tile, passes, traced.earlier)?;
                 let (values, by_camera, _) = sums.all(&mut room);
                 if let Some(guide) = &mut self.learned.guide {
-                    guide.brightness.see((self.params.image_width, self.params.image_height), tile, &values, sums.spp);
+                    guide.brightness.see(size, tile, &values, sums.spp);
                 }
-                for (i, [radiance, _]) in by_camera.iter().enumerate() {
-                    let (x, y) = (tile.x + i as u32 % tile.width, tile.y + i as u32 / tile.width);
-                    picture[(y * self.params.image_width + x) as usize] = *radiance;
+                for (pixel, [radiance, _]) in tile.within(bounds).numbers(bounds.width).zip(&by_camera) {
+                    picture[pixel] = *radiance;
                 }
                 squares += self.learned.guide.as_ref().map_or(0.0, |g| g.squares);
                 stats += traced.stats;
@@ -101,10 +100,10 @@ impl GpuIntegrator {
             if 2 * round >= rounds
                 && let Some(guide) = &self.learned.guide
             {
-                sum.camera_variance += guide.relative_variance(self.params.image_width, &picture, &last);
+                sum.camera_variance += guide.relative_variance(size, bounds, &picture, &last);
                 sum.light_variance += squares;
-                sum.camera_rays += stats.camera_rays as f64 / self.pixels();
-                sum.light_rays += (stats.rays - stats.camera_rays) as f64 / f64::from(self.params.light_paths);
+                sum.camera_rays += stats.camera_rays as f64 / self.view.pixels();
+                sum.light_rays += (stats.rays - stats.camera_rays) as f64 / f64::from(params.light_paths);
             }
             last = picture;
         }

@@ -17,9 +17,10 @@ pub(super) fn blocks(tile: Tile) -> u32 {
     tile.width.div_ceil(8) * tile.height.div_ceil(8)
 }
 
-/// Tiles whose film (or splats, twice as large) and visible points of one pass fit an adapter's binding, in whole 8 x 8 blocks, and halved so often; the
-/// largest first.
-pub(super) fn tiles(gpu: &Gpu, plan: &Plan, width: u32, height: u32, halvings: u32) -> Vec<Tile> {
+/// Tiles of these `bounds` whose film (or splats, twice as large) and visible points of one pass fit an adapter's binding, in whole 8 x 8 blocks, and halved
+/// so often; the largest first.
+pub(super) fn tiles(gpu: &Gpu, plan: &Plan, bounds: Tile, halvings: u32) -> Vec<Tile> {
+    let Tile { width, height, .. } = bounds;
     let point = if plan.has(Feature::Merging) { merge::point_bytes(plan) } else { 0 };
     let pixels = gpu.max_binding().min(TILE_BYTES) / (8 * u64::from(plan.bins + 3)).max(point);
     let columns = if u64::from(width) * 8 > pixels { (pixels / 64 * 8) as u32 } else { width };
@@ -27,7 +28,8 @@ pub(super) fn tiles(gpu: &Gpu, plan: &Plan, width: u32, height: u32, halvings: u
     let mut tiles = Vec::new();
     for y in (0..height).step_by(rows as usize) {
         for x in (0..width).step_by(columns as usize) {
-            tiles.push(Tile { x, y, width: columns.min(width - x), height: rows.min(height - y) });
+            let (width, height) = (columns.min(width - x), rows.min(height - y));
+            tiles.push(Tile { x: bounds.x + x, y: bounds.y + y, width, height });
         }
     }
     for _ in 0..halvings {

@@ -10,7 +10,7 @@ use crate::develop::picture::Exposure;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::render::Rendering;
-use crate::scene::{Bins, FilmSettings, Filter, WavelengthSampling};
+use crate::scene::{Bins, FilmSettings, Filter, Tile, WavelengthSampling};
 use crate::state::{Persistent, State};
 use serde_json::Value;
 use std::fs::File;
@@ -20,6 +20,8 @@ use std::path::{Path, PathBuf};
 const MAGIC: &[u8] = b"abbe checkpoint 1\n";
 /// A header is text that a person could read.
 const LONGEST_HEADER: u64 = 1 << 20;
+/// Members of a request that say where a render is, and not what.
+const PLACE: [&str; 4] = ["scene", "device", "share", "exposure"];
 /// State is written and read in pieces of this size.
 const BUFFER: usize = 1 << 20;
 
@@ -127,6 +129,9 @@ impl Checkpoint {
             exposure: Some(exposure),
             irradiance: picture["irradiance"].as_bool().unwrap_or(false),
             film_sr: picture["film_sr"].as_f64(),
+            options: options(&header["request"]),
+            interrupted: header["done"] != true,
+            frame: identity["frame"].as_u64().and_then(|frame| u32::try_from(frame).ok()),
         };
         let aovs = header["request"]["aov"].as_array();
         // What is to be denoised has errors, too.
@@ -156,12 +161,31 @@ impl Checkpoint {
     }
 }
 
+/// What a request asks for, wherever it is rendered.
+fn options(request: &Value) -> Value {
+    let mut options = request.clone();
+    if let Some(members) = options.as_object_mut() {
+        members.retain(|key, _| !PLACE.contains(&key.as_str()));
+    }
+    options
+}
+
+/// The part of the picture that a header describes, if it is not all.
+fn crop(picture: &Value) -> Option<Tile> {
+    let numbers = picture["crop"].as_array()?.iter().map(|n| u32::try_from(n.as_u64()?).ok());
+    let [x, y, width, height] = numbers.collect::<Option<Vec<_>>>()?.try_into().ok()?;
+    // A film of no pixels, or of more than there are numbers for, is none.
+    let is_one = width > 0 && height > 0 && x.checked_add(width).is_some() && y.checked_add(height).is_some();
+    is_one.then_some(Tile { x, y, width, height })
+}
+
 /// Those of the film that a header describes.
 fn film_settings(picture: &Value) -> FilmSettings {
     let number = |name: &str| picture[name].as_u64().and_then(|n| u32::try_from(n).ok()).unwrap_or(1).max(1);
     FilmSettings {
         width: number("width"),
         height: number("height"),
+        crop: crop(picture),
         bins: Bins {
             count: number("bins"),
             min_nm: picture["min_nm"].as_f64().unwrap_or(380.0),

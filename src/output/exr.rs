@@ -1,6 +1,6 @@
 //! The spectral EXR: Fichet, Pacanowski & Wilkie, "An OpenEXR Layout for Spectral Images", JCGT 10(3), 2021.
 //!
-//! Channels, all 32-bit float:
+//! The display window is the picture, the data window what of it was rendered. Channels, all 32-bit float:
 //! - `S0.390,000000nm` for every bin, named by its centre: mean radiance over the bin, W m^-2 sr^-1 nm^-1 (irradiance, W m^-2
 //!   nm^-1, from an irradiance sensor; the attribute `abbe.quantity` says which);
 //! - `R`, `G`, `B`: linear sRGB for viewers, the film's XYZ times 2^`EV`, where at `EV` 0 the equal-energy spectrum of 1 W m^-2
@@ -25,9 +25,9 @@ use crate::color::convert::linear_srgb_of_xyz;
 use crate::color::space::Space;
 use crate::error::Result;
 use crate::film::aov::AovBuffers;
-use crate::film::{Errors, Film};
+use crate::film::{Errors, Film, Tile};
 use crate::render::Rendering;
-use crate::scene::Scene;
+use crate::scene::{FilmSettings, Scene};
 use crate::spectrum::library::Observer;
 use crate::stats::BatchStats;
 use exr::block::{BlockIndex, UncompressedBlock};
@@ -35,7 +35,8 @@ use exr::image::write::channels::{ChannelsWriter, WritableChannels};
 use exr::image::{Encoding, Image, Layer};
 use exr::meta::attribute::{AttributeValue, ChannelDescription, ChannelList, LevelMode, SampleType, Text};
 use exr::meta::header::{Header, LayerAttributes};
-use exr::prelude::{Compression, LineOrder, Vec2, WritableImage};
+use exr::prelude::{Compression, IntegerBounds, LineOrder, Vec2, WritableImage};
+use serde_json::Value;
 use std::path::Path;
 
 /// Where a picture comes from: what its header says beside the layout's own attributes, which is all that reproducing it takes.
@@ -65,6 +66,12 @@ pub struct Provenance {
     pub irradiance: bool,
     /// Of a camera with a lens: the pixels are irradiance on the film over this many sr ([`crate::lens::LensCamera::axial`]).
     pub film_sr: Option<f64>,
+    /// The frame, of a sequence.
+    pub frame: Option<u32>,
+    /// What was asked for; null where that is not known.
+    pub options: Value,
+    /// It was interrupted before it came to what was asked for.
+    pub interrupted: bool,
 }
 
 impl Provenance {
@@ -83,6 +90,7 @@ impl Provenance {
             exposure: scene.film.exposure,
             irradiance: scene.sensor.area().is_some(),
             film_sr: scene.sensor.optics().map(|o| o.axial),
+            ..Provenance::default()
         }
     }
 }
@@ -109,14 +117,69 @@ pub struct Aovs<'a> {
 /// [`crate::Error::File`] where the file cannot be written; what was there before stays.
 pub fn write_exr(path: &Path, film: &Film, provenance: &Provenance, aovs: Aovs) -> Result<()> {
     let source = FilmChannels::new(film, provenance, &aovs);
-    let planes = Planes { size: source.size(), names: source.names(), value: &|channel, pixel| source.value(channel, pixel) };
+    let value = |channel: usize, pixel: usize| source.value(channel, pixel);
+    let planes = Planes { window: Window::of(film.settings()), names: source.names(), value: &value };
     write_planes(path, &planes, attributes(film, provenance, &aovs))
+}
+
+/// Which pixels of a picture a file has: its data window in its display window.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Window {
+    /// Column of the first pixel, from that of the picture.
+    pub x: i64,
+    /// Row of it.
+    pub y: i64,
+    /// Pixels across and down.
+    pub size: [usize; 2],
+    /// Pixels of the picture across and down.
+    pub picture: [usize; 2],
+}
+
+impl Window {
+    /// All of a picture.
+    pub fn whole(width: usize, height: usize) -> Self {
+        Window { x: 0, y: 0, size: [width, height], picture: [width, height] }
+    }
+
+    /// What is kept of a film.
+    pub(super) fn of(film: &FilmSettings) -> Self {
+        let Tile { x, y, width, height } = film.pixel_bounds();
+        let size = [width as usize, height as usize];
+        Window { x: x.into(), y: y.into(), size, picture: [film.width as usize, film.height as usize] }
+    }
+
+    /// Whether there is more of the picture than the file has, or less.
+    pub fn is_whole(&self) -> bool {
+        *self == Window::whole(self.size[0], self.size[1])
+    }
+
+    /// What two files both have, if anything.
+    pub fn common(&self, other: &Window) -> Option<Window> {
+        let axis = |a: i64, size: usize, b: i64, other: usize| {
+            let (low, high) = (a.max(b), (a + size as i64).min(b + other as i64));
+            (high > low).then_some((low, (high - low) as usize))
+        };
+        let (x, width) = axis(self.x, self.size[0], other.x, other.size[0])?;
+        let (y, height) = axis(self.y, self.size[1], other.y, other.size[1])?;
+        Some(Window { x, y, size: [width, height], ..*self })
+    }
+}
+
+impl std::fmt::Display for Window {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let [width, height] = self.size;
+        write!(f, "{width}x{height}")?;
+        if self.is_whole() {
+            return Ok(());
+        }
+        write!(f, " from {},{} of {}x{}", self.x, self.y, self.picture[0], self.picture[1])
+    }
 }
 
 /// Channels as they are written.
 pub(super) struct Planes<'a> {
-    /// Pixels across and down.
-    pub size: Vec2<usize>,
+    /// Which pixels they have.
+    pub window: Window,
     /// Names of the channels, sorted by their bytes.
     pub names: Vec<String>,
     /// Value of a channel at a pixel.
@@ -131,8 +194,11 @@ pub(super) fn write_planes(path: &Path, planes: &Planes, attributes: Vec<(&str, 
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: exr::image::Blocks::ScanLines, line_order: LineOrder::Increasing };
     let other = attributes.into_iter().map(|(name, value)| (text(name), value)).collect();
-    let layer = LayerAttributes { software_name: Some(text(SOFTWARE)), other, ..LayerAttributes::default() };
-    let mut image = Image::from_layer(Layer::new(planes.size, layer, encoding, planes));
+    let Window { x, y, size, picture } = planes.window;
+    let (layer_position, size) = (Vec2(x as i32, y as i32), Vec2(size[0], size[1]));
+    let layer = LayerAttributes { software_name: Some(text(SOFTWARE)), layer_position, other, ..LayerAttributes::default() };
+    let mut image = Image::from_layer(Layer::new(size, layer, encoding, planes));
+    image.attributes.display_window = IntegerBounds::new((0, 0), (picture[0], picture[1]));
     // Without it `R G B` would mean the same (the default is Rec. 709), but not say so.
     image.attributes.chromaticities = Some(chromaticities(Space::Srgb));
     replace_file(path, |file| image.write().to_buffered(file))
@@ -162,6 +228,12 @@ pub(super) fn text(s: &str) -> Text {
         let ascii: String = s.chars().map(|c| if c.is_ascii() { c } else { '?' }).collect();
         Text::from(ascii.as_str())
     })
+}
+
+/// JSON in ASCII: of other characters EXR text loses some.
+fn ascii(json: &Value) -> String {
+    let escaped = |c: char| c.encode_utf16(&mut [0; 2]).iter().map(|unit| format!("\\u{unit:04x}")).collect::<String>();
+    json.to_string().chars().map(|c| if c.is_ascii() { c.to_string() } else { escaped(c) }).collect()
 }
 
 /// What the header says.
@@ -203,6 +275,11 @@ pub(super) fn attributes(film: &Film, p: &Provenance, aovs: &Aovs) -> Vec<(&'sta
         ("abbe.droppedUnfinished", count(p.stats.unfinished)),
         ("abbe.truncated", count(p.stats.truncated)),
     ];
+    list.extend(p.frame.map(|frame| ("abbe.frame", count(frame.into()))));
+    if !p.options.is_null() {
+        list.push(("abbe.options", string(&ascii(&p.options))));
+        list.push(("abbe.interrupted", string(if p.interrupted { "yes" } else { "no" })));
+    }
     list.extend(p.film_sr.map(|sr| ("abbe.filmIrradiance", film_irradiance(sr))));
     list.extend(descriptions(aovs));
     list
@@ -301,11 +378,6 @@ impl<'a> FilmChannels<'a> {
         FilmChannels { film, gain: preview_gain(provenance.exposure.unwrap_or(0.0)), channels: channels(film, aovs) }
     }
 
-    pub fn size(&self) -> Vec2<usize> {
-        let settings = self.film.settings();
-        Vec2(settings.width as usize, settings.height as usize)
-    }
-
     pub fn names(&self) -> Vec<String> {
         self.channels.iter().map(|(name, _)| name.clone()).collect()
     }
@@ -360,10 +432,24 @@ impl ChannelsWriter for &Planes<'_> {
     fn extract_uncompressed_block(&self, header: &Header, block: BlockIndex) -> Vec<u8> {
         UncompressedBlock::collect_block_data_from_lines(&header.channels, block, |line| {
             let at = line.location;
-            let first = at.position.y() * self.size.width() + at.position.x();
+            let first = at.position.y() * self.window.size[0] + at.position.x();
             for (bytes, pixel) in line.value.chunks_exact_mut(4).zip(first..first + at.sample_count) {
                 bytes.copy_from_slice(&(self.value)(at.channel, pixel).to_ne_bytes());
             }
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn json_is_the_same_in_ascii() {
+        let options = json!({"set": ["name=Gl\u{e4}ser \u{1f52e} \"x\""], "spp": 4});
+        let text = ascii(&options);
+        assert!(text.is_ascii(), "{text}");
+        assert_eq!(serde_json::from_str::<Value>(&text).unwrap(), options);
     }
 }

@@ -4,7 +4,6 @@ use super::exr::{Planes, channel_name, text, write_planes};
 use super::{Quantity, SpectralImage};
 use crate::error::{Error, Result};
 use exr::meta::attribute::AttributeValue;
-use exr::prelude::Vec2;
 use std::path::Path;
 
 /// Where a channel's values lie.
@@ -34,6 +33,6 @@ pub fn write_image(path: &Path, image: &SpectralImage) -> Result<()> {
         (name.as_str(), number.map_or_else(|| AttributeValue::Text(text(value)), AttributeValue::F32))
     });
     let names = channels.iter().map(|(name, _)| name.clone()).collect();
-    let planes = Planes { size: Vec2(image.width, image.height), names, value: &value };
+    let planes = Planes { window: image.window, names, value: &value };
     write_planes(path, &planes, attributes.collect())
 }

@@ -76,10 +76,11 @@ impl Role {
 }
 
 /// Attributes in which files must agree, and what they are called.
-const SAME: [(&str, &str); 8] = [
+const SAME: [(&str, &str); 9] = [
     ("abbe.version", "version"),
     ("abbe.scene", "scene"),
     ("abbe.sceneHash", "content of the scene's files"),
+    ("abbe.frame", "frame"),
     ("abbe.quantity", "quantity"),
     ("abbe.range", "range of wavelengths"),
     ("abbe.maxDepth", "greatest depth"),
@@ -118,7 +119,7 @@ pub fn merge_exrs(paths: &[PathBuf], output: &Path) -> Result<Merged> {
     }
     let channels: Vec<(String, Role)> = first.names.iter().map(|name| (name.clone(), Role::of(name))).collect();
     let channels: Vec<_> = channels.into_iter().filter(|(_, role)| errors || *role != Role::Error).collect();
-    let size = Vec2(first.width, first.height);
+    let size = Vec2(first.window.size[0], first.window.size[1]);
     let total: u64 = parts.iter().map(|part| part.samples).sum();
 
     let mut attributes = Attributes::of(&parts, total);
@@ -147,7 +148,7 @@ pub fn merge_exrs(paths: &[PathBuf], output: &Path) -> Result<Merged> {
     };
     let names = channels.iter().map(|(name, _)| name.clone()).collect();
     let list = attributes.list.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
-    write_planes(output, &Planes { size, names, value: &value }, list)?;
+    write_planes(output, &Planes { window: first.window, names, value: &value }, list)?;
     Ok(Merged { width: size.width(), xyz, range_nm, exposure, samples: total, batches: attributes.batches, notes })
 }
 
@@ -171,7 +172,7 @@ impl<'a> Part<'a> {
 
     /// Refuses one that is of another picture than `first`, by what differs.
     fn is_like(&self, first: &Part) -> Result<()> {
-        let size = |part: &Part| format!("{}x{}", part.about.width, part.about.height);
+        let size = |part: &Part| part.about.window.to_string();
         let bins = |part: &Part| part.about.selection.wavelengths_nm.len().to_string();
         let said = |part: &Part, name: &str| part.about.attribute(name).unwrap_or("none").to_string();
         let shapes = [("size", size(self), size(first)), ("number of bins", bins(self), bins(first))];
@@ -263,6 +264,8 @@ impl Attributes {
             "abbe.samplesOfSeeds",
             "abbe.merged",
             "abbe.merging",
+            "abbe.options",
+            "abbe.interrupted",
             "abbe.device",
             "abbe.seconds",
             "abbe.meanErrors",

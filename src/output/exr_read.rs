@@ -2,7 +2,7 @@
 //! which a [`Bands`] table says what the channels are. A checkpoint is read as the EXR that its render would write.
 
 use super::Checkpoint;
-use super::exr::{Aovs, FilmChannels, Provenance, SOFTWARE, attributes, error_channel_name};
+use super::exr::{Aovs, FilmChannels, Provenance, SOFTWARE, Window, attributes, error_channel_name};
 use crate::channels::{Bands, Quantity, Selection, check_size, open_plain, read_lines, read_pixels};
 use crate::error::{Error, Result};
 use crate::film::Film;
@@ -21,6 +21,8 @@ pub struct SpectralImage {
     pub width: usize,
     /// Pixels down.
     pub height: usize,
+    /// Which pixels of its picture these are.
+    pub window: Window,
     /// Light or reflectance.
     pub quantity: Quantity,
     /// Wavelength of every spectral channel, nm, increasing.
@@ -37,8 +39,8 @@ pub struct SpectralImage {
 /// What a file says of itself.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct About {
-    pub width: usize,
-    pub height: usize,
+    /// Which pixels of its picture it has.
+    pub window: Window,
     /// Names of all channels.
     pub names: Vec<String>,
     pub selection: Selection,
@@ -79,6 +81,14 @@ impl Refusal {
 pub(super) fn open_exr(path: &Path, bands: Option<&Bands>) -> Result<Opened<BufReader<File>>> {
     let (file, length) = open_plain(path).map_err(|e| Error::file(path, format!("cannot read: {e}"), "check the path"))?;
     Opened::new(BufReader::new(file), length, bands).map_err(|refusal| refusal.of(path))
+}
+
+/// The attributes of a file's header that are texts or numbers, by name, as text, sorted; pixels are not read.
+///
+/// # Errors
+/// [`Error::File`] as of [`SpectralImage::read`].
+pub fn read_attributes(path: &Path) -> Result<Vec<(String, String)>> {
+    open_exr(path, None).map(|file| file.about.attributes)
 }
 
 fn not_spectral(problem: impl ToString) -> Refusal {
@@ -133,12 +143,11 @@ impl SpectralImage {
         let others = selection.others(&names).into_iter().map(|c| (names[c].clone(), plane(c))).collect();
         let attributes = attributes(film, provenance, &aovs).into_iter();
         let attributes = plain_attributes(attributes.map(|(name, value)| (name.to_string(), value)), Some(SOFTWARE.to_string()));
-        let Vec2(width, height) = channels.size();
-        Ok(Self::assembled((width, height), selection, data, others, attributes))
+        Ok(Self::assembled(Window::of(film.settings()), selection, data, others, attributes))
     }
 
     fn assembled(
-        (width, height): (usize, usize),
+        window: Window,
         selection: Selection,
         data: Vec<f32>,
         others: Vec<(String, Vec<f32>)>,
@@ -148,7 +157,8 @@ impl SpectralImage {
         if let ([_], Some((lo, hi))) = (wavelengths_nm.as_slice(), range_nm(&attributes)) {
             edges_nm = vec![lo, hi];
         }
-        SpectralImage { width, height, quantity, wavelengths_nm, edges_nm, data, others, attributes }
+        let [width, height] = window.size;
+        SpectralImage { width, height, window, quantity, wavelengths_nm, edges_nm, data, others, attributes }
     }
 
     /// Number of wavelengths.
@@ -159,6 +169,25 @@ impl SpectralImage {
     /// The spectrum of a pixel, rows from the top.
     pub fn pixel(&self, pixel: usize) -> &[f32] {
         &self.data[pixel * self.bins()..(pixel + 1) * self.bins()]
+    }
+
+    /// The pixels that lie in `window`, which is one of the same picture.
+    ///
+    /// # Panics
+    /// If the image has not all of them: the caller's mistake.
+    pub fn cut(&self, window: Window) -> SpectralImage {
+        assert_eq!(
+            self.window.common(&window).map(|common| (common.x, common.y, common.size)),
+            Some((window.x, window.y, window.size))
+        );
+        let (left, top) = ((window.x - self.window.x) as usize, (window.y - self.window.y) as usize);
+        let [width, height] = window.size;
+        let rows = |values: &[f32], each: usize| -> Vec<f32> {
+            let row = |y: usize| &values[(y * self.width + left) * each..(y * self.width + left + width) * each];
+            (top..top + height).flat_map(row).copied().collect()
+        };
+        let others = self.others.iter().map(|(name, values)| (name.clone(), rows(values, 1))).collect();
+        SpectralImage { width, height, window, data: rows(&self.data, self.bins()), others, ..self.clone() }
     }
 
     /// A channel that is not spectral.
@@ -216,19 +245,22 @@ impl<R: Read + Seek + Send> Opened<R> {
         let selection = selection.map_err(not_spectral)?;
         let header = &reader.headers()[layer];
         let Vec2(width, height) = header.layer_size;
+        let (Vec2(x, y), display) = (header.own_attributes.layer_position, header.shared_attributes.display_window);
+        let [x, y] = [(x, display.position.x()), (y, display.position.y())].map(|(at, from)| i64::from(at) - i64::from(from));
+        let window = Window { x, y, size: [width, height], picture: [display.size.width(), display.size.height()] };
         let all = header.shared_attributes.other.iter().chain(&header.own_attributes.other);
         let all = all.map(|(name, value)| (name.to_string(), value.clone()));
         let attributes = plain_attributes(all, header.own_attributes.software_name.as_ref().map(ToString::to_string));
-        let about = About { width, height, names, selection, attributes };
+        let about = About { window, names, selection, attributes };
         Ok(Opened { reader, layer, about })
     }
 
     fn read(self) -> std::result::Result<SpectralImage, Refusal> {
-        let Opened { reader, layer, about: About { width, height, names, selection, attributes } } = self;
+        let Opened { reader, layer, about: About { window, names, selection, attributes } } = self;
         let others = selection.others(&names);
         let pixels = read_pixels(reader, layer, &selection.channels, &others).map_err(unreadable)?;
         let others = others.into_iter().map(|channel| names[channel].clone()).zip(pixels.planes).collect();
-        Ok(SpectralImage::assembled((width, height), selection, pixels.interleaved, others, attributes))
+        Ok(SpectralImage::assembled(window, selection, pixels.interleaved, others, attributes))
     }
 
     /// Hands its pixels over, as [`read_lines`] does; the error says what is wrong with the file.

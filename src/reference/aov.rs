@@ -28,7 +28,7 @@ impl Stage {
             }
             sums.map(|v| v as f32)
         };
-        AovBuffers::new(samples, (0..self.pixels()).into_par_iter().map(pixel).collect())
+        AovBuffers::new(samples, self.kept_pixels().into_par_iter().map(pixel).collect())
     }
 
     /// The surface that a ray meets first, its normals on the side of the ray, and its albedo.

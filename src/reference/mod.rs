@@ -130,11 +130,12 @@ impl Integrator for ReferenceIntegrator {
     fn render_batch(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats> {
         let (stage, Batch { index, spp, .. }) = (&self.stage, batch);
         let channels = stage.scene.film.bins.count as usize + 3;
-        let mut sums = vec![0.0; stage.pixels() * channels];
+        let numbers = stage.kept_pixels();
+        let mut sums = vec![0.0; numbers.len() * channels];
         let stats = match self.estimator {
             Estimator::Backward => {
-                let pixels = sums.par_chunks_mut(channels).enumerate();
-                pixels.map(|(pixel, sums)| stage.render_pixel(index, pixel, spp, sums)).reduce(BatchStats::default, add)
+                let pixels = sums.par_chunks_mut(channels).zip(numbers);
+                pixels.map(|(sums, pixel)| stage.render_pixel(index, pixel, spp, sums)).reduce(BatchStats::default, add)
             }
             Estimator::Forward => stage.render_light_paths(index, spp, &mut sums),
         };
@@ -167,16 +168,23 @@ impl Renderer for ReferenceIntegrator {
 }
 
 impl Stage {
+    /// Pixels of the picture.
     fn pixels(&self) -> usize {
-        self.scene.film.width as usize * self.scene.film.height as usize
+        self.scene.film.pixels()
     }
 
-    /// As many light paths as the film takes samples, their splats added in the order of the paths whatever the threads do.
+    /// Numbers of those that are kept of it.
+    fn kept_pixels(&self) -> Vec<usize> {
+        self.scene.film.pixel_bounds().numbers(self.scene.film.width).collect()
+    }
+
+    /// As many light paths as the whole picture takes samples, their splats added in the order of the paths whatever the threads do.
     fn render_light_paths(&self, batch: u32, spp: u32, sums: &mut [f64]) -> BatchStats {
         let channels = self.scene.film.bins.count as usize + 3;
         let paths = self.pixels() as u64 * u64::from(spp);
         let tasks = paths.div_ceil(PATHS_PER_TASK);
         let mut stats = BatchStats::default();
+        let kept = self.kept_pixels();
         for first in (0..tasks).step_by(TASKS_AT_ONCE as usize).take_while(|_| !self.halt.is_requested()) {
             let task = |task: u64| {
                 let (mut splats, mut stats) = (Vec::new(), BatchStats::default());
@@ -190,8 +198,10 @@ impl Stage {
             for (splats, task_stats) in done {
                 stats += task_stats;
                 for s in splats {
+                    // Numbers rise.
+                    let Ok(place) = kept.binary_search(&s.pixel) else { continue };
                     // The film divides by the samples of a pixel; each stands for as many paths as there are pixels.
-                    let pixel = &mut sums[s.pixel * channels..(s.pixel + 1) * channels];
+                    let pixel = &mut sums[place * channels..(place + 1) * channels];
                     self.record(pixel, s.bin, s.nm, s.value / self.pixels() as f64);
                 }
             }

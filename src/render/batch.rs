@@ -24,7 +24,7 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// Batch `index` of a film of so many pixels.
+    /// Batch `index` of a picture of so many pixels, however many of them are kept.
     pub fn nth(index: u32, pixels: usize) -> Self {
         let most = MOST_SAMPLES / (pixels as u64).max(1);
         let largest = 1 << most.clamp(1, u64::from(MOST_SPP)).ilog2();

@@ -307,14 +307,14 @@ impl Rendering {
 
     /// The next batch; the last one takes what remains.
     fn next_batch(&self, stop: &Stop) -> Batch {
-        let batch = Batch::nth(self.next, self.film.pixels());
+        let batch = Batch::nth(self.next, self.film.settings().pixels());
         let left = stop.total_spp().map_or(u64::MAX, |total| u64::from(total).saturating_sub(batch.first_pass));
         batch.up_to(left.max(1))
     }
 
     /// Samples per pixel of all batches before the next, whoever rendered them.
     fn passes(&self) -> u64 {
-        Batch::nth(self.next, self.film.pixels()).first_pass
+        Batch::nth(self.next, self.film.settings().pixels()).first_pass
     }
 
     fn ended(&self, stop: &Stop, relative_error: f64) -> Option<Ended> {
@@ -474,7 +474,7 @@ mod tests {
     fn a_batch_that_takes_longer_than_there_is_time_is_cut() {
         let bins = Bins { count: 1, min_nm: 400.0, max_nm: 700.0 };
         let (filter, sampling) = (Filter::Box, WavelengthSampling::Continuous);
-        let settings = FilmSettings { width: 1, height: 1, bins, filter, sampling, exposure: None };
+        let settings = FilmSettings { width: 1, height: 1, crop: None, bins, filter, sampling, exposure: None };
         let mut rendering = Rendering::new(Film::new(&settings));
         let mut endless = Endless { quick: 3, halt: Halt::default() };
         let stop = Stop { time: Some(Duration::from_millis(200)), ..Stop::default() };
@@ -492,7 +492,7 @@ mod tests {
     fn a_state_that_no_render_can_reach_is_an_error() {
         let bins = Bins { count: 1, min_nm: 400.0, max_nm: 700.0 };
         let (filter, sampling) = (Filter::Box, WavelengthSampling::Continuous);
-        let settings = FilmSettings { width: 1, height: 1, bins, filter, sampling, exposure: None };
+        let settings = FilmSettings { width: 1, height: 1, crop: None, bins, filter, sampling, exposure: None };
         let restored = |change: &dyn Fn(&mut Rendering)| {
             let mut rendering = Rendering::new(Film::new(&settings));
             change(&mut rendering);

@@ -5,13 +5,46 @@ use crate::spectrum::Bins;
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
+/// A rectangle of pixels; `x` to the right and `y` downwards from the upper left corner of the picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tile {
+    /// First column.
+    pub x: u32,
+    /// First row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl Tile {
+    /// Number of pixels.
+    pub fn pixels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// The same, counted from the corner of `around`, which it lies in.
+    pub fn within(self, around: Tile) -> Tile {
+        Tile { x: self.x - around.x, y: self.y - around.y, ..self }
+    }
+
+    /// Numbers of its pixels in a picture `width` pixels wide, row by row.
+    pub fn numbers(self, width: u32) -> impl Iterator<Item = usize> {
+        let of_row = move |y: u32| (self.x..self.x + self.width).map(move |x| y as usize * width as usize + x as usize);
+        (self.y..self.y + self.height).flat_map(of_row)
+    }
+}
+
 /// Resolution, wavelength bins and reconstruction filter of the film.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilmSettings {
-    /// Pixels across.
+    /// Pixels of the picture across.
     pub width: u32,
-    /// Pixels down.
+    /// Pixels of the picture down.
     pub height: u32,
+    /// The part of the picture that is rendered; `None` for all of it.
+    pub crop: Option<Tile>,
     /// The wavelength bins.
     pub bins: Bins,
     /// Pixel filter, in pixels.
@@ -20,6 +53,18 @@ pub struct FilmSettings {
     pub sampling: WavelengthSampling,
     /// Exposure of the preview picture in stops; `None` chooses it from the picture.
     pub exposure: Option<f64>,
+}
+
+impl FilmSettings {
+    /// The pixels that are rendered and kept, as in pbrt's film.
+    pub fn pixel_bounds(&self) -> Tile {
+        self.crop.unwrap_or(Tile { x: 0, y: 0, width: self.width, height: self.height })
+    }
+
+    /// Number of pixels of the whole picture.
+    pub fn pixels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
 }
 
 /// Pixel reconstruction filter; lengths in pixels. All are non-negative and sampled by importance, so a sample belongs to one pixel.

@@ -97,7 +97,7 @@ fn a_checkpoint_costs_little_more_than_its_bytes_on_the_disk() {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
     let bins = Bins { count: 20, min_nm: 380.0, max_nm: 780.0 };
     let (filter, sampling) = (Filter::Box, WavelengthSampling::Continuous);
-    let settings = FilmSettings { width: 1920, height: 1080, bins, filter, sampling, exposure: None };
+    let settings = FilmSettings { width: 1920, height: 1080, crop: None, bins, filter, sampling, exposure: None };
     let mut rendering = Rendering::new(Film::new(&settings));
     let (checkpoint, plain) = (folder.join("cost.checkpoint"), folder.join("cost.plain"));
     let seconds = |write: &mut dyn FnMut()| {

@@ -36,8 +36,15 @@ impl Drop for Folder {
 
 fn film(width: u32, height: u32, count: u32) -> Film {
     let bins = Bins { min_nm: 380.0, max_nm: 780.0, count };
-    let settings =
-        FilmSettings { width, height, bins, filter: Filter::Box, sampling: WavelengthSampling::Continuous, exposure: None };
+    let settings = FilmSettings {
+        width,
+        height,
+        crop: None,
+        bins,
+        filter: Filter::Box,
+        sampling: WavelengthSampling::Continuous,
+        exposure: None,
+    };
     let mut film = Film::new(&settings);
     let values = film.pixels() * film.channels();
     for batch in 0..2 {
@@ -70,6 +77,9 @@ fn provenance() -> Provenance {
         },
         exposure: Some(-2.0),
         irradiance: false,
+        frame: Some(17),
+        options: serde_json::json!({}),
+        interrupted: false,
     }
 }
 

@@ -6,6 +6,7 @@ mod check;
 #[cfg(unix)]
 mod checkpoint;
 mod compare;
+mod crop;
 mod denoise;
 mod develop;
 mod exr;
@@ -19,6 +20,8 @@ mod probe;
 #[cfg(unix)]
 #[path = "../support/random.rs"]
 mod random;
+#[cfg(unix)]
+mod sequence;
 mod settings;
 #[cfg(unix)]
 mod signals;

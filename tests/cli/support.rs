@@ -74,8 +74,15 @@ pub fn fails(folder: &Folder, arguments: &[&str], says: &[&str]) {
 /// some batches, where channels are the bins and then X, Y, Z.
 pub fn write_film(path: &Path, (width, height, bins): (u32, u32, u32), batches: &[&dyn Fn(usize, usize) -> f64]) {
     let bins = Bins { min_nm: 380.0, max_nm: 780.0, count: bins };
-    let settings =
-        FilmSettings { width, height, bins, filter: Filter::Box, sampling: WavelengthSampling::Continuous, exposure: None };
+    let settings = FilmSettings {
+        width,
+        height,
+        crop: None,
+        bins,
+        filter: Filter::Box,
+        sampling: WavelengthSampling::Continuous,
+        exposure: None,
+    };
     let mut film = Film::new(&settings);
     let (pixels, channels) = (film.pixels(), film.channels());
     for batch in batches {

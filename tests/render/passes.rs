@@ -13,6 +13,7 @@ fn film(width: u32) -> Film {
     Film::new(&FilmSettings {
         width,
         height: width,
+        crop: None,
         bins,
         filter: Filter::Box,
         sampling: WavelengthSampling::Continuous,

@@ -1,6 +1,7 @@
 //! The scene loader: what it promises of good scenes, bad scenes and hostile ones.
 
 mod advice;
+mod animation;
 mod compressed;
 mod geometry;
 mod gltf;

@@ -34,6 +34,7 @@ pub fn scene(width: u32, height: u32, count: u32, sensor: Sensor) -> Scene {
         film: FilmSettings {
             width,
             height,
+            crop: None,
             bins: Bins { min_nm: 400.0, max_nm: 700.0, count },
             filter: Filter::Box,
             sampling: WavelengthSampling::Continuous,

@@ -96,8 +96,8 @@ fn note_losses(loader: &mut Loader, root: &Node) -> Result<()> {
     for lost in extensions::losses(root)?.into_iter().chain(properties::of_document(root)) {
         loader.note(format!("{}: {lost}", root.file.display()));
     }
-    if root.get("animations").is_some() {
-        loader.note(format!("{}: animations are ignored: all stands as the file has it at rest", root.file.display()));
+    if root.get("animations").is_some() && loader.time.is_none() {
+        loader.note(format!("{}: animations: all stands as the file has it at rest; --frames has it move", root.file.display()));
     }
     Ok(())
 }

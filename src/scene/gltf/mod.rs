@@ -1,6 +1,7 @@
 //! glTF 2.0: as a scene by itself, as a part of a scene with its own materials, or as bare geometry.
 
 mod accessor;
+mod animation;
 mod camera;
 mod check;
 mod compression;
@@ -31,7 +32,7 @@ use crate::scene::gltf::studio::studio;
 use crate::scene::gltf::texture::UvSets;
 use crate::scene::json::Node;
 use crate::scene::json::files::Files;
-use crate::scene::json::load::{LoadOptions, Loader, film};
+use crate::scene::json::load::{LoadOptions, Loader, crop, film};
 use crate::scene::json::shapes::MOST_TRIANGLES;
 use crate::scene::mesh as meshes;
 use crate::scene::{Interior, Light, Mesh};
@@ -47,9 +48,12 @@ pub(in crate::scene) fn scene(path: &Path, bytes: Vec<u8>, files: Files, options
     let film = film(None, &place, options)?;
     let mut loader = Loader::new(files, film);
     loader.solid_glass = options.solid_glass;
+    loader.time = options.seconds(None);
     loader.named_volume(Interior::vacuum("surroundings"));
     loader.scene.max_depth = options.max_depth.unwrap_or(64).clamp(1, 100_000);
-    let files = loader.reader.files.within(path.parent().unwrap_or(Path::new(".")));
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let files = loader.reader.files.within(folder);
+    let at_rest = options.frame.map(|_| bytes.clone());
     let mut document = Document::open(path, bytes, files)?;
     document.add(&mut loader, DMat4::IDENTITY, None)?;
     if loader.scene.shapes.is_empty() {
@@ -59,11 +63,19 @@ pub(in crate::scene) fn scene(path: &Path, bytes: Vec<u8>, files: Files, options
         let film = &mut loader.scene.film;
         film.width = (f64::from(film.height) * aspect).round().clamp(1.0, 4096.0) as u32;
     }
+    crop(&mut loader.scene.film, options)?;
     loader.scene.sensor = match loader.camera.take() {
         Some(camera) => camera,
         None => {
             loader.note("the glTF file has no camera: a default one frames the scene".into());
-            framing(&loader.scene.shapes)
+            match at_rest {
+                // What moves does so before a camera that stands still.
+                Some(bytes) => {
+                    let options = LoadOptions { frame: None, ..options.clone() };
+                    scene(path, bytes, Files::new(folder, options.allow_outside), &options)?.scene.sensor
+                }
+                None => framing(&loader.scene.shapes),
+            }
         }
     };
     let glows = loader.scene.shapes.iter().any(|s| s.emission.is_some());

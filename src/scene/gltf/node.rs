@@ -1,6 +1,7 @@
 //! The nodes of a glTF scene: where they stand, and what of them is there.
 
 use crate::error::Result;
+use crate::scene::gltf::animation::{Moved, motion};
 use crate::scene::gltf::document::{Asset, element};
 use crate::scene::gltf::pose::Pose;
 use crate::scene::json::Node;
@@ -30,13 +31,15 @@ pub(in crate::scene) fn nodes<'a>(
 ) -> Result<Vec<Placed<'a>>> {
     let scene = asset.gltf.default_scene().or_else(|| asset.gltf.scenes().next());
     let Some(scene) = scene else { return Ok(Vec::new()) };
+    let motion = loader.time.map(|seconds| motion(asset, root, seconds)).transpose()?.unwrap_or_default();
+    motion.notes.iter().for_each(|note| loader.note(format!("{}: {note}", root.file.display())));
     let mut waiting: Vec<(gltf::Node, DMat4, bool)> = scene.nodes().map(|n| (n, world, false)).collect();
     waiting.reverse();
     let mut out = Vec::new();
     while let Some((gltf, parent, hidden)) = waiting.pop() {
         let node = element(root, "nodes", gltf.index())?;
         loader.visit(&node)?;
-        let world = parent * local(&gltf);
+        let world = parent * local(&gltf, motion.nodes.get(&gltf.index()));
         if !world.is_finite() {
             return Err(node.fail("its place in the world is not finite", "export the file again"));
         }
@@ -117,16 +120,28 @@ fn unit(rotation: DQuat) -> DQuat {
     if length > 0.0 && length.is_finite() { rotation / length } else { DQuat::IDENTITY }
 }
 
-/// From a node's space to its parent's.
-fn local(node: &gltf::Node) -> DMat4 {
-    match node.transform() {
-        Transform::Matrix { matrix } => DMat4::from_cols_array_2d(&matrix.map(|column| column.map(f64::from))),
+/// From a node's space to its parent's, moved or at rest.
+fn local(node: &gltf::Node, moved: Option<&Moved>) -> DMat4 {
+    let at_rest = match node.transform() {
+        Transform::Matrix { matrix } => {
+            let matrix = DMat4::from_cols_array_2d(&matrix.map(|column| column.map(f64::from)));
+            if moved.is_none() {
+                return matrix;
+            }
+            matrix.to_scale_rotation_translation()
+        }
         Transform::Decomposed { translation, rotation, scale } => {
             let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
-            let rotation = unit(DQuat::from_array(rotation.map(f64::from)));
-            DMat4::from_scale_rotation_translation(vector(scale), rotation, vector(translation))
+            (vector(scale), unit(DQuat::from_array(rotation.map(f64::from))), vector(translation))
         }
-    }
+    };
+    let (scale, rotation, translation) = at_rest;
+    let moved = moved.copied().unwrap_or_default();
+    DMat4::from_scale_rotation_translation(
+        moved.scale.unwrap_or(scale),
+        moved.rotation.unwrap_or(rotation),
+        moved.translation.unwrap_or(translation),
+    )
 }
 
 /// Does a transform leave a body its inside? Scales of 0 are how animations hide things.

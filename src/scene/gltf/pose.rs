@@ -1,4 +1,4 @@
-//! Meshes in the pose that a file gives them: morph targets by their weights, skins by where their joints stand. Nothing moves: animations are ignored.
+//! Meshes in the pose that a file gives them: morph targets by their weights, skins by where their joints stand.
 
 use crate::error::Result;
 use crate::scene::Mesh;

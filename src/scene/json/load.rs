@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result, quoted};
 use crate::scene::gltf;
+use crate::scene::json::animate;
 use crate::scene::json::files::{Files, read_scene_file};
 use crate::scene::json::keys::SENSORS;
 use crate::scene::json::lens;
@@ -15,7 +16,7 @@ use crate::scene::texture::Image;
 use crate::scene::texture::image;
 use crate::scene::texture::picture::Picture;
 use crate::scene::volumes::Volumes;
-use crate::scene::{Bins, Estimator, FilmSettings, Filter, Light, Mesh, Scene, Sensor, Shape, WavelengthSampling};
+use crate::scene::{Bins, Estimator, FilmSettings, Filter, Light, Mesh, Scene, Sensor, Shape, Tile, WavelengthSampling};
 use crate::spectrum::unit_problem;
 use crate::stage::{self, Stage};
 use glam::{DMat3, DVec3};
@@ -37,16 +38,33 @@ pub struct LoadOptions {
     pub width: Option<u32>,
     /// Pixels down instead of the scene's.
     pub height: Option<u32>,
+    /// The part of the picture that is rendered; all of it unless given.
+    pub crop: Option<Tile>,
     /// Number of bins instead of the scene's.
     pub channels: Option<u32>,
     /// Greatest depth instead of the scene's.
     pub max_depth: Option<u32>,
     /// Keys of the scene file that are set, in this order.
     pub settings: Vec<Setting>,
+    /// The scene as it stands at this frame; where there is none, as its keys and files stand at rest.
+    pub frame: Option<u32>,
+    /// Frames per second instead of the scene's, for what moves by seconds.
+    pub frames_per_second: Option<f64>,
     /// Take closed meshes of glass without a thickness, as glTF files of Blender have them, as solid.
     pub solid_glass: bool,
     /// Light a glTF file that has no light by a soft studio instead of even daylight.
     pub studio: bool,
+}
+
+impl LoadOptions {
+    /// Frames per second where neither the command nor the scene says.
+    const FRAMES_PER_SECOND: f64 = 24.0;
+
+    /// Seconds from frame 0 to the frame asked for, at these frames per second unless the command says otherwise.
+    pub(in crate::scene) fn seconds(&self, frames_per_second: Option<f64>) -> Option<f64> {
+        let rate = self.frames_per_second.or(frames_per_second).unwrap_or(Self::FRAMES_PER_SECOND);
+        self.frame.map(|frame| f64::from(frame) / rate)
+    }
 }
 
 /// Loads a scene file (JSON), or a glTF file as a scene by itself.
@@ -110,6 +128,8 @@ pub(in crate::scene) struct Loader {
     pub(in crate::scene) black: Option<usize>,
     /// Are closed meshes of glass without a thickness solid ([`LoadOptions`])?
     pub(in crate::scene) solid_glass: bool,
+    /// Seconds since frame 0 at which animations of glTF files are taken; without, all stands at rest.
+    pub(in crate::scene) time: Option<f64>,
 }
 
 impl Loader {
@@ -150,6 +170,7 @@ impl Loader {
             volumes: Volumes::default(),
             black: None,
             solid_glass: false,
+            time: None,
         }
     }
 }
@@ -160,6 +181,7 @@ fn read(text: &str, file: &Path, files: Files, options: &LoadOptions) -> Result<
         setting.apply(&mut value)?;
         files.add_to_hash(setting.text().as_bytes());
     }
+    animate::apply(&mut value, file, options.frame)?;
     let root = Node::root(&value, file);
     root.object("scene")?;
     if let Some(text) = root.get("description") {
@@ -168,9 +190,12 @@ fn read(text: &str, file: &Path, files: Files, options: &LoadOptions) -> Result<
     if let Some(schema) = root.get("$schema") {
         schema.string()?;
     }
-    let film = film(root.get("film"), &root, options)?;
+    let mut film = film(root.get("film"), &root, options)?;
+    crop(&mut film, options)?;
     let mut loader = Loader::new(files, film);
     loader.solid_glass = options.solid_glass;
+    let rate = root.get("frames_per_second").map(|n| n.within(1e-3, 1e6)).transpose()?;
+    loader.time = options.seconds(rate);
     suspect_radians(&root, &loader.reader.remarks);
     if let Some(name) = root.get("name") {
         // One line, whatever it says: the name goes into file headers and messages.
@@ -247,7 +272,8 @@ pub(in crate::scene) fn film(node: Option<Node>, root: &Node, options: &LoadOpti
         (None, None) => 20,
     };
     let pixels = u64::from(width) * u64::from(height);
-    if pixels > MOST_PIXELS || pixels * u64::from(count) > MOST_VALUES {
+    let kept = options.crop.map_or(pixels, |part| part.pixels() as u64);
+    if pixels > MOST_PIXELS || kept.saturating_mul(count.into()) > MOST_VALUES {
         return Err(at.fail(
             format!("{width} x {height} pixels of {count} bins are too many"),
             "render at most 64 Mi pixels and 2 Gi values",
@@ -259,7 +285,20 @@ pub(in crate::scene) fn film(node: Option<Node>, root: &Node, options: &LoadOpti
         _ => WavelengthSampling::Continuous,
     };
     let filter = get("filter").map_or(Ok(Filter::Box), |n| filter(&n))?;
-    Ok(FilmSettings { width, height, bins: Bins { min_nm, max_nm, count }, filter, sampling, exposure })
+    Ok(FilmSettings { width, height, crop: None, bins: Bins { min_nm, max_nm, count }, filter, sampling, exposure })
+}
+
+/// Keeps that part of the film's picture that `options` ask for.
+pub(in crate::scene) fn crop(film: &mut FilmSettings, options: &LoadOptions) -> Result<()> {
+    let Some(part) = options.crop else { return Ok(()) };
+    let is_within = |first: u32, count: u32, all: u32| count > 0 && u64::from(first) + u64::from(count) <= u64::from(all);
+    if !is_within(part.x, part.width, film.width) || !is_within(part.y, part.height, film.height) {
+        let Tile { x, y, width, height } = part;
+        let problem = format!("--crop {x},{y},{width},{height} is no part of a picture of {}x{} pixels", film.width, film.height);
+        return Err(Error::usage(problem, "count pixels from 0 at the upper left, as x,y,width,height"));
+    }
+    film.crop = Some(part);
+    Ok(())
 }
 
 fn filter(node: &Node) -> Result<Filter> {

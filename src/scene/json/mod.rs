@@ -1,6 +1,7 @@
 //! JSON with manners: a parser that refuses duplicate keys, and a cursor that knows its place, so that every error names file, JSON path,
 //! problem and remedy.
 
+pub mod animate;
 pub(in crate::scene) mod files;
 pub mod keys;
 pub(in crate::scene) mod lens;

@@ -1,6 +1,7 @@
 //! `--set KEY=VALUE`: changes of a scene file's keys before it is read, so that what they may be, and every error, is as if they stood in the file.
 
 use crate::error::{Error, Result, quoted, suggest};
+use crate::scene::json::transform::Flaw;
 use serde_json::{Map, Value};
 
 /// A step of a key's path.
@@ -10,22 +11,66 @@ enum Step {
     Index(usize),
 }
 
+/// Where a key stands in a scene file, as errors print it: keys with dots between and places of lists in brackets (`shapes[0].sphere.radius`; a leading
+/// `$.` may stand, and quotation marks around a key that has dots).
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct KeyPath(Vec<Step>);
+
+impl KeyPath {
+    /// `None` if the text is no such path.
+    pub(super) fn parse(text: &str) -> Option<Self> {
+        steps(text.trim()).map(KeyPath)
+    }
+
+    /// The key of the document itself that it begins with.
+    pub(super) fn root(&self) -> &str {
+        if let Some(Step::Key(key)) = self.0.first() { key } else { "" }
+    }
+
+    /// Sets the key in a document; objects on the way to it are made where they are missing. Errors, as what is wrong and what to do, if the path leads
+    /// through what has no such place.
+    pub(super) fn set(&self, document: &mut Value, value: Value) -> std::result::Result<(), Flaw> {
+        let mut place = document;
+        for step in &self.0 {
+            if place.is_null() && matches!(step, Step::Key(_)) {
+                *place = Value::Object(Map::new());
+            }
+            place = match (step, place) {
+                (Step::Key(key), Value::Object(members)) => members.entry(key).or_insert(Value::Null),
+                (Step::Index(i), Value::Array(elements)) => {
+                    let count = elements.len();
+                    let found = elements.get_mut(*i);
+                    found.ok_or_else(|| (format!("there is no element {i} among {count}"), "count from 0".to_string()))?
+                }
+                (Step::Index(_), Value::Object(members)) => {
+                    return Err(("this is no list".into(), suggest("", members.keys().map(String::as_str))));
+                }
+                (Step::Key(_), Value::Array(elements)) => {
+                    return Err((format!("this is a list of {}", elements.len()), "name an element, as in shapes[0]".into()));
+                }
+                (_, other) => return Err((format!("{other} has no keys"), "set all of it".into())),
+            };
+        }
+        *place = value;
+        Ok(())
+    }
+}
+
 /// A key's path and the value that it is set to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
-    path: Vec<Step>,
+    path: KeyPath,
     value: Value,
     text: String,
 }
 
 impl Setting {
-    /// From `PATH=VALUE`: keys with dots between and places of lists in brackets, as errors print them (`shapes[0].sphere.radius`; a leading `$.` may stand, and
-    /// quotation marks around a key that has dots). A value that is no JSON is text: `N-SF11`.
+    /// From `PATH=VALUE`, the path as errors print it. A value that is no JSON is text: `N-SF11`.
     ///
     /// Errors if there is no `=`, or the path is none.
     pub fn parse(text: &str) -> std::result::Result<Self, String> {
         let (path, value) = split(text).ok_or("this sets nothing; write a key and a value, as camera.perspective.vfov_deg=30")?;
-        let path = steps(path.trim()).ok_or("this is no key; write it as errors do, as in shapes[0].sphere.radius=0.1")?;
+        let path = KeyPath::parse(path).ok_or("this is no key; write it as errors do, as in shapes[0].sphere.radius=0.1")?;
         let value = super::parse(value, std::path::Path::new("")).unwrap_or_else(|_| Value::String(value.trim().to_string()));
         Ok(Setting { path, value, text: text.to_string() })
     }
@@ -40,31 +85,8 @@ impl Setting {
     /// # Errors
     /// [`Error::Usage`] if the path leads through what has no such place.
     pub fn apply(&self, document: &mut Value) -> Result<()> {
-        let fail = |problem: String, remedy: String| Error::usage(format!("--set {}: {problem}", quoted(&self.text)), remedy);
-        let mut place = document;
-        for step in &self.path {
-            if place.is_null() && matches!(step, Step::Key(_)) {
-                *place = Value::Object(Map::new());
-            }
-            place = match (step, place) {
-                (Step::Key(key), Value::Object(members)) => members.entry(key).or_insert(Value::Null),
-                (Step::Index(i), Value::Array(elements)) => {
-                    let count = elements.len();
-                    let found = elements.get_mut(*i);
-                    found.ok_or_else(|| fail(format!("there is no element {i} among {count}"), "count from 0".into()))?
-                }
-                (Step::Index(_), Value::Object(members)) => {
-                    let keys = members.keys().map(String::as_str);
-                    return Err(fail("this is no list".into(), suggest("", keys)));
-                }
-                (Step::Key(_), Value::Array(elements)) => {
-                    return Err(fail(format!("this is a list of {}", elements.len()), "name an element, as in shapes[0]".into()));
-                }
-                (_, other) => return Err(fail(format!("{other} has no keys"), "set all of it".into())),
-            };
-        }
-        *place = self.value.clone();
-        Ok(())
+        let place = self.path.set(document, self.value.clone());
+        place.map_err(|(problem, remedy)| Error::usage(format!("--set {}: {problem}", quoted(&self.text)), remedy))
     }
 }
 
