@@ -14,6 +14,8 @@ mod measured;
 mod meshes;
 mod pictures;
 mod profiles;
+#[path = "../support/random.rs"]
+mod random;
 mod sheen;
 mod spectra;
 mod textures;
