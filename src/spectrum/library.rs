@@ -27,6 +27,9 @@ const GLASS_KINDS: &[(&str, &str)] = &[
 /// Extinction coefficients of what can be called transparent: 1/e behind 0.1 mm.
 const MOST_TRANSPARENT: f64 = 5e-4;
 
+/// Kinds of [`glass_kinds`].
+pub const KINDS: [&str; 7] = ["glass", "crystal", "gem", "liquid", "plastic", "gas", "other"];
+
 static FILES: Dir = include_dir!("$CARGO_MANIFEST_DIR/spectra");
 
 /// A standard observer of the CIE.
@@ -98,6 +101,21 @@ pub fn glass_name(name: &str) -> Option<&'static str> {
 /// order; a word may come twice.
 pub fn glass_head(name: &str) -> Option<&'static [(String, String)]> {
     glass_entry(name).map(|entry| entry.head.as_slice())
+}
+
+/// What kind of material a glass is, some of [`KINDS`]; a gem is a crystal too.
+pub fn glass_kinds(name: &str) -> Vec<&'static str> {
+    static RULES: OnceLock<Vec<(&str, &str)>> = OnceLock::new();
+    let rules = RULES.get_or_init(|| {
+        let text = FILES.get_file("kinds.txt").and_then(|file| file.contents_utf8()).unwrap_or_default();
+        text.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split_once(" = ")).collect()
+    });
+    // A source ends with its path in refractiveindex.info's database.
+    let sources = glass_head(name).unwrap_or_default().iter().filter(|(word, _)| word == "source");
+    let paths = sources.filter_map(|(_, text)| text.rsplit("; ").next()?.rsplit(", ").next());
+    let fitting = paths.flat_map(|path| rules.iter().filter(move |(_, start)| path.starts_with(start)));
+    let best = fitting.max_by_key(|(_, start)| start.len());
+    best.map_or(vec!["other"], |(kinds, _)| kinds.split(' ').collect())
 }
 
 /// Absorption coefficient 4 pi k / lambda of a material that [`glass`] knows, m^-1; `None` too where its file has no k. Schott's and most other
