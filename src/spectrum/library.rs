@@ -87,6 +87,16 @@ pub fn daylight_components() -> Vec<[f64; 4]> {
     rows.iter().map(|r| [r[0], r[1], r[2], r[3]]).collect()
 }
 
+/// Numbers of the model of the clear sky: parameters, radiances, the Sun's radiances and the darkening of its limb (scene/lamp/sky.rs).
+pub fn sky_model() -> &'static [Vec<f64>; 4] {
+    static MODEL: OnceLock<[Vec<f64>; 4]> = OnceLock::new();
+    MODEL.get_or_init(|| {
+        let text = FILES.get_file("sky/hosek-wilkie.txt.gz").map(|file| unpacked(file.contents())).unwrap_or_default();
+        let line = |word: &str| text.lines().find_map(|line| numbers(line.strip_prefix(word)?)).unwrap_or_default();
+        ["parameters", "radiance", "sun", "darkening"].map(line)
+    })
+}
+
 /// Index of refraction of a glass, crystal or liquid, relative to air, over the range its source gives.
 pub fn glass(name: &str) -> Option<Ior> {
     glass_entry(name).and_then(Entry::ior)
@@ -252,15 +262,8 @@ fn read_folder(dir: &Dir, entries: &mut Vec<Entry>) {
         match item {
             DirEntry::Dir(sub) => read_folder(sub, entries),
             DirEntry::File(file) => {
-                let mut unpacked = String::new();
-                let text = match file.contents_utf8() {
-                    Some(text) => text,
-                    None => match GzDecoder::new(file.contents()).read_to_string(&mut unpacked) {
-                        Ok(_) => &unpacked,
-                        Err(e) => panic!("spectra/{}: {e}", file.path().display()),
-                    },
-                };
-                let read = parse_entries(text).unwrap_or_else(|problem| panic!("spectra/{}: {problem}", file.path().display()));
+                let text = file.contents_utf8().map_or_else(|| unpacked(file.contents()), str::to_string);
+                let read = parse_entries(&text).unwrap_or_else(|problem| panic!("spectra/{}: {problem}", file.path().display()));
                 entries.extend(read);
             }
         }
@@ -275,6 +278,15 @@ struct Entry {
     /// Lines that begin with a word: the word and the rest.
     lines: Vec<(String, String)>,
     rows: Vec<Vec<f64>>,
+}
+
+/// The text of a compressed file.
+fn unpacked(bytes: &[u8]) -> String {
+    let mut text = String::new();
+    match GzDecoder::new(bytes).read_to_string(&mut text) {
+        Ok(_) => text,
+        Err(e) => panic!("spectra/: {e}"),
+    }
 }
 
 fn parse_entries(text: &str) -> Result<Vec<Entry>, String> {

@@ -17,6 +17,7 @@ mod profiles;
 #[path = "../support/random.rs"]
 mod random;
 mod sheen;
+mod sky;
 mod spectra;
 mod textures;
 mod traps;
