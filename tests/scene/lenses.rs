@@ -327,10 +327,10 @@ fn telecentric_lenses_make_pictures() {
     let (middle, edge) = (optics.pupil_at(0.0), optics.pupil_at(0.0015));
     assert!((edge.center / 0.0015 - 1.0).abs() < 0.02, "{edge:?}");
     assert!((edge.half / middle.half - 1.0).abs().max_element() < 0.05, "{middle:?} {edge:?}");
-    // Towards the scene: what is 1 m from the first vertex, which is the eye then, is 1 m / 50 mm - 1 times as large as its image.
+    // Towards the scene: rays along the axis leave the stop at their height over the focal length. The eye is the first vertex then, 1 m from what is in focus.
     let narrow = r#""stop": true, "diameter": 0.0002"#;
     let (optics, tan) = made(&format!(r#"{thin}, "thickness": 0.05}}, {{{narrow}}}"#));
-    close(tan, 0.001 * (1.0 / 0.05 - 1.0) / 1.0);
+    close(tan, 0.001 * 0.05 / (optics.film_z - 0.05));
     assert!((1e-4..1.05e-4).contains(&optics.pupil_at(0.0).half.x), "{:?}", optics.pupil_at(0.0));
     assert_eq!(optics.eye_z, 0.0);
     let f_number = camera(&format!(r#""diameter": 0.03, "surfaces": [{thin}, "thickness": 0.05}}, {{{stop}}}], "f_number": 8"#));
