@@ -51,7 +51,11 @@ fn trace_lens(start: LensRays, k: u32, to_film: bool) -> LensRays {
 #endif
     for (var step = 0u; step < LENS_SURFACES; step++) {
         let s = lens[select(LENS_SURFACES - 1u - step, step, to_film)];
-        let n2 = spectrum(select(s.front_row, s.row, to_film), k);
+        let beyond = select(s.front_row, s.row, to_film);
+        var n2 = vec4f(1.0);
+        if (beyond != LENS_AIR) {
+            n2 = spectrum(beyond, k);
+        }
         // c (x^2 + y^2 + (1 + conic) z^2) = 2 z, solved from the plane of the vertex on for the root near it.
         let c = s.curvature;
         let to_vertex = (s.z - r.oz) / r.dz;
@@ -61,7 +65,8 @@ fn trace_lens(start: LensRays, k: u32, to_film: bool) -> LensRays {
         let b = r.dz - c * (px * r.dx + py * r.dy);
         let q = c * (px * px + py * py);
         let discriminant = b * b - a * q;
-        var t = q / (b + side * sqrt(max(vec4f(0.0), discriminant)));
+        let root = sqrt(max(vec4f(0.0), discriminant));
+        var t = q / (b + side * root);
         var x = px + t * r.dx;
         var y = py + t * r.dy;
         var z = t * r.dz;
@@ -87,17 +92,36 @@ fn trace_lens(start: LensRays, k: u32, to_film: bool) -> LensRays {
         let ny = -c * y;
         let nz = 1.0 - c * (1.0 + s.conic) * z;
 #endif
-        let scale = side * inverseSqrt(nx * nx + ny * ny + nz * nz);
-        let cos1 = scale * (r.dx * nx + r.dy * ny + r.dz * nz);
-        let eta = n1 / n2;
-        let cos2_squared = 1.0 - eta * eta * (1.0 - cos1 * cos1);
-        let cos2 = sqrt(max(vec4f(0.0), cos2_squared));
-        let perpendicular = (eta * cos1 - cos2) / (eta * cos1 + cos2);
-        let parallel = (cos1 - eta * cos2) / (cos1 + eta * cos2);
-        let through = 1.0 - 0.5 * (perpendicular * perpendicular + parallel * parallel);
-        let passes = (discriminant >= vec4f(0.0)) & (x * x + y * y <= vec4f(s.semi_diameter * s.semi_diameter))
-            & (cos2_squared > vec4f(0.0)) & (cos1 > vec4f(0.0));
-        r.weight = select(vec4f(0.0), r.weight * through, passes & (r.weight > vec4f(0.0)));
+        var passes = (discriminant >= vec4f(0.0)) & (x * x + y * y <= vec4f(s.semi_diameter * s.semi_diameter));
+        // A stop between equal media bends nothing.
+        if (s.front_row != s.row) {
+#if LENS_ASPHERES
+            let scale = inverseSqrt(nx * nx + ny * ny + nz * nz);
+            let cos1 = side * scale * (r.dx * nx + r.dy * ny + r.dz * nz);
+#else
+            // The normal's length is 1 on a sphere; times the cosine it is the root.
+            var scale = vec4f(1.0);
+            if (s.conic != 0.0) {
+                scale = inverseSqrt(nx * nx + ny * ny + nz * nz);
+            }
+            let cos1 = scale * root;
+#endif
+            let eta = n1 / n2;
+            let cos2_squared = 1.0 - eta * eta * (1.0 - cos1 * cos1);
+            let cos2 = sqrt(max(vec4f(0.0), cos2_squared));
+            // Fresnel's transmittances, the mean of both polarisations.
+            let perpendicular = eta * cos1 + cos2;
+            let parallel = cos1 + eta * cos2;
+            let product = perpendicular * parallel;
+            let through = 2.0 * eta * cos1 * cos2 * (perpendicular * perpendicular + parallel * parallel) / (product * product);
+            passes &= (cos2_squared > vec4f(0.0)) & (cos1 > vec4f(0.0));
+            r.weight *= select(vec4f(0.0), through, passes);
+            let bend = side * scale * (cos2 - eta * cos1);
+            r.dx = eta * r.dx + bend * nx;
+            r.dy = eta * r.dy + bend * ny;
+            r.dz = eta * r.dz + bend * nz;
+        }
+        r.weight = select(vec4f(0.0), r.weight, passes & (r.weight > vec4f(0.0)));
 #if LENS_ABSORPTION
         depth += absorption * (to_vertex + t);
         absorption = spectrum(select(s.front_absorption, s.absorption, to_film), k);
@@ -105,10 +129,6 @@ fn trace_lens(start: LensRays, k: u32, to_film: bool) -> LensRays {
         if (!any(r.weight > vec4f(0.0))) {
             break;
         }
-        let bend = scale * (cos2 - eta * cos1);
-        r.dx = eta * r.dx + bend * nx;
-        r.dy = eta * r.dy + bend * ny;
-        r.dz = eta * r.dz + bend * nz;
         r.ox = x;
         r.oy = y;
         r.oz = s.z + z;

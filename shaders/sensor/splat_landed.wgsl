@@ -39,28 +39,43 @@ fn splat_landed() {
 #endif
 #endif
     let u = unit_float(hash(sampler_pixel ^ hash(sampler_index ^ (sampler_dimension << 24u))));
+    // Neighbouring wavelengths mostly land in one pixel: their X, Y, Z are added together.
+    var held = NONE;
+    var xyz = vec3f(0.0);
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         let value = Ld[k] * params.inverse_quantum;
         let in_bin = value * spectrum(ROW_BIN, k);
-        let x = value * spectrum(ROW_X, k) / f32(XYZ_RATIO);
-        let y = value * spectrum(ROW_Y, k) / f32(XYZ_RATIO);
-        let z = value * spectrum(ROW_Z, k) / f32(XYZ_RATIO);
-        for (var i = 0u; i < 16u; i++) {
-            let c = i >> 2u;
-            let channel = i & 3u;
-            let pixels = landed_pixel[k];
+        let x = value * spectrum(ROW_X, k);
+        let y = value * spectrum(ROW_Y, k);
+        let z = value * spectrum(ROW_Z, k);
+        let pixels = landed_pixel[k];
+        for (var c = 0u; c < 4u; c++) {
             let pixel = select(select(pixels.x, pixels.y, c == 1u), select(pixels.z, pixels.w, c == 3u), c >= 2u);
-            let of_wavelength = vec4f(component(in_bin, c), component(x, c), component(y, c), component(z, c));
 #if MANY_BINS
             let bin = wavelength_bins[pass_of_path * WAVELENGTHS + min(4u * k + c, WAVELENGTHS - 1u)];
 #else
             let bin = 4u * k + c;
 #endif
             if (pixel != NONE) {
-                let at = pixel * (BINS + 3u) + select(BINS + channel - 1u, bin, channel == 0u);
-                add_quanta(at, component(of_wavelength, channel), u);
+                if (pixel != held) {
+                    add_xyz(held, xyz, u);
+                    held = pixel;
+                    xyz = vec3f(0.0);
+                }
+                xyz += vec3f(component(x, c), component(y, c), component(z, c));
+                add_quanta(pixel * (BINS + 3u) + bin, component(in_bin, c), u);
             }
         }
+    }
+    add_xyz(held, xyz, u);
+}
+
+fn add_xyz(pixel: u32, xyz: vec3f, u: f32) {
+    if (pixel == NONE) {
+        return;
+    }
+    for (var i = 0u; i < 3u; i++) {
+        add_quanta(pixel * (BINS + 3u) + BINS + i, component(vec4f(xyz, 0.0), i) / f32(XYZ_RATIO), u);
     }
 }
 

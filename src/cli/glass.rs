@@ -17,6 +17,7 @@ const EXAMPLES: &str = "Examples:
   abbe glass N-BK7 SF10 diamond -o indices.svg
   abbe glass --list SF
   abbe glass --list ohara/ --nd 1.8..1.9 --vd 25..40
+  abbe glass --list --kind gem
   abbe glass water --step 5 --json
   abbe glass schott.agf
 
@@ -36,7 +37,7 @@ pub struct Args {
     /// Names, in capitals or not, or files: of refractiveindex.info (.yml), Zemax catalogues (.agf), tables (.csv, .txt); without any, all are listed
     #[arg(value_name = "NAME|FILE")]
     names: Vec<String>,
-    /// List the names that contain FILTER, or all, each with n_d, V_d and its range
+    /// List the names that contain FILTER, such as a maker, or all, each with n_d, V_d, kind and range
     #[arg(long, value_name = "FILTER", num_args = 0..=1, default_missing_value = "", conflicts_with = "names")]
     list: Option<String>,
     /// Of these, only with an index n_d within this range
@@ -45,6 +46,9 @@ pub struct Args {
     /// Of these, only with an Abbe number V_d within this range
     #[arg(long, value_name = "MIN..MAX", requires = "list", value_parser = values::range)]
     vd: Option<(f64, f64)>,
+    /// Of these, only of a kind
+    #[arg(long, value_name = "KIND", requires = "list", value_parser = library::KINDS)]
+    kind: Option<String>,
     /// Step of the table of indices, nm
     #[arg(long, value_name = "NM", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=400))]
     step: u32,
@@ -237,18 +241,21 @@ fn list(args: &Args) -> Outcome {
         return Err(Error::usage(format!("no name contains {}", quoted(filter)), suggest(filter, names)));
     }
     found.sort_by_key(|name| name.to_lowercase());
+    found.dedup();
     let mut glasses = found.into_iter().map(Glass::find).collect::<Result<Vec<_>>>()?;
     let within = |value: Option<f64>, range: Option<(f64, f64)>| {
         range.is_none_or(|(lo, hi)| value.is_some_and(|v| (lo..=hi).contains(&v)))
     };
-    glasses.retain(|g| within(g.n(LINE_D_NM), args.nd) && within(g.vd(), args.vd));
+    let is_of = |g: &Glass| args.kind.as_deref().is_none_or(|kind| library::glass_kinds(&g.name).contains(&kind));
+    glasses.retain(|g| is_of(g) && within(g.n(LINE_D_NM), args.nd) && within(g.vd(), args.vd));
     if glasses.is_empty() {
-        return Err(Error::usage("no glass lies within these ranges", "widen --nd or --vd"));
+        return Err(Error::usage("no glass lies within what is asked for", "leave out --kind, or widen --nd or --vd"));
     }
     if as_json {
         let row = |g: &Glass| {
             let range = [g.ior.range_nm.0, g.ior.range_nm.1];
-            json!({"name": g.name, "n_d": g.n(LINE_D_NM), "v_d": g.vd().filter(|v| v.is_finite()), "range_nm": range})
+            let kinds = library::glass_kinds(&g.name);
+            json!({"name": g.name, "n_d": g.n(LINE_D_NM), "v_d": g.vd().filter(|v| v.is_finite()), "range_nm": range, "kinds": kinds})
         };
         out(&Value::Array(glasses.iter().map(row).collect()).to_string());
         return Ok(Done::Completely);
@@ -257,9 +264,10 @@ fn list(args: &Args) -> Outcome {
     let row = |g: &Glass| {
         let nd = g.n(LINE_D_NM).map_or("-".to_string(), |n| format!("{n:.5}"));
         let vd = g.vd().map_or("-".to_string(), |v| format!("{v:.2}"));
-        format!("{:width$}  {nd:>8}  {vd:>7}  {} to {} nm", g.name, g.ior.range_nm.0, g.ior.range_nm.1)
+        let kinds = library::glass_kinds(&g.name).join(", ");
+        format!("{:width$}  {nd:>8}  {vd:>7}  {kinds:12}  {} to {} nm", g.name, g.ior.range_nm.0, g.ior.range_nm.1)
     };
-    let head = format!("{:width$}  {:>8}  {:>7}  known", "name", "n_d", "V_d");
+    let head = format!("{:width$}  {:>8}  {:>7}  {:12}  known", "name", "n_d", "V_d", "kind");
     out(&[head].into_iter().chain(glasses.iter().map(row)).collect::<Vec<_>>().join("\n"));
     Ok(Done::Completely)
 }

@@ -4,11 +4,13 @@ pub mod bvh;
 mod instance;
 mod intersect;
 mod lens_face;
+pub(crate) mod profile;
 mod types;
 pub mod world;
 
 pub use instance::{Instance, transformed};
-pub use lens_face::{LensFace, LensForm, Profile};
+pub use lens_face::{LensFace, LensForm};
+pub use profile::Profile;
 pub use types::{Coordinates, Geometry, Mesh};
 
 use glam::DVec3;

@@ -46,7 +46,7 @@ pub(super) fn params(
             p.origin = local(*eye);
             [p.axis_x, p.axis_y, p.axis_z] = [frame.x_axis, frame.y_axis, frame.z_axis].map(vec4);
             p.half_extent = half(0.5 * lens.film.x, 0.5 * lens.film.y, lens.front.radius, lens.front.z);
-            p.dual_u = half(lens.paraxial.entrance_pupil.0, lens.film_z, lens.pupil_z, lens.start_z);
+            p.dual_u = half(lens.eye_z, lens.film_z, lens.pupil_z, lens.start_z);
             p.dual_v = half((PUPIL_BOUNDS - 1) as f64 / lens.film_radius(), lens.axial, lens.least_cos, 0.0);
             *eye
         }

@@ -2,6 +2,7 @@
 //!
 //! The lens's coordinates: z along the axis from the scene to the film, 0 at the first vertex. The film lies in the plane `film_z`.
 
+use super::pupil::{PupilBound, Rim};
 use super::{Fault, LensRay, Paraxial, Prescription, Tracer};
 use crate::spectrum::LINE_D_NM;
 use glam::{DVec2, dvec2};
@@ -9,21 +10,14 @@ use std::f64::consts::PI;
 
 /// Places on the film, from its middle to its corner, at which the exit pupil is bounded.
 pub const PUPIL_BOUNDS: usize = 33;
-/// Rays across the pupil that find its bounds.
-const ACROSS: usize = 48;
+/// Places in between that the bounds must hold at, with these.
+const PLACES: usize = 2 * PUPIL_BOUNDS - 1;
 /// Wavelengths over the film's range at which they do.
 const WAVELENGTHS: usize = 3;
-/// By how much bounds are wider than what these rays need, over the spacing of the rays.
-const MARGIN: f64 = 1.5;
-
-/// Where light that reaches a place of the film, on the axis of x at some radius, comes through the plane `pupil_z`: an ellipse.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct PupilBound {
-    /// x of its centre, m.
-    pub center: f64,
-    /// Half its extent along x and across, m; 0 where no light comes through.
-    pub half: DVec2,
-}
+/// Halvings that find where the picture that the lens makes ends.
+const HALVINGS: usize = 16;
+/// An entrance pupil further from the lens than so many focal lengths is not where a camera stands.
+const FAR: f64 = 1e3;
 
 /// A disc about the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,7 +31,7 @@ pub struct AxialDisc {
 /// Where the film of a camera is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Focus {
-    /// Where what lies this far before the entrance pupil, m, makes the smallest spot.
+    /// Where what lies this far before the eye, m, makes the smallest spot.
     At(f64),
     /// So far behind the last vertex, m.
     Film(f64),
@@ -79,7 +73,9 @@ pub struct LensCamera {
     pub start_z: f64,
     /// Irradiance in the middle of the film over the scene's radiance, at the d line, without losses: pi sin^2 of the marginal ray's angle, sr.
     pub axial: f64,
-    /// Tangent of half the vertical field of view of a pinhole in the entrance pupil that sees as much of the plane in focus.
+    /// The eye: the centre of the entrance pupil, or the first vertex where that is far away, as that of a lens that is telecentric towards the scene.
+    pub eye_z: f64,
+    /// Tangent of half the vertical field of view of a pinhole in the eye that sees as much of the plane in focus.
     pub tan_half_vfov: f64,
 }
 
@@ -92,6 +88,10 @@ impl LensCamera {
         let open = lens.paraxial(LINE_D_NM);
         if let Some(wanted) = setting.f_number {
             let widest = open.f_number();
+            if widest < 1.0 / FAR {
+                let problem = "a lens that is telecentric towards the scene has no f-number".into();
+                return fail(problem, "give its stop a diameter");
+            }
             if wanted.is_nan() || wanted < 0.999 * widest {
                 return fail(format!("f/{wanted} is wider than the lens, which has f/{widest:.2}"), "use a greater f_number");
             }
@@ -100,8 +100,10 @@ impl LensCamera {
             lens.surfaces[open.stop].stop = true;
         }
         let paraxial = lens.paraxial(LINE_D_NM);
+        let eye_z =
+            if paraxial.entrance_pupil.0.abs() < FAR * paraxial.focal_length.abs() { paraxial.entrance_pupil.0 } else { 0.0 };
         let film_z = match setting.focus {
-            Focus::At(distance) => lens.best_focus(&paraxial, paraxial.entrance_pupil.0 - distance),
+            Focus::At(distance) => lens.best_focus(&paraxial, eye_z - distance),
             Focus::Film(distance) => paraxial.last_vertex + distance,
         };
         if let (Focus::At(distance), false) = (setting.focus, film_z.is_finite() && film_z > paraxial.last_vertex) {
@@ -109,9 +111,11 @@ impl LensCamera {
             return fail(problem, "use a lens that converges, and a focus_distance beyond its focal length");
         }
         let front_rim = lens.surfaces[0].sag(lens.surfaces[0].semi_diameter);
-        // By the ray through the middle of the stop, which leaves the exit pupil at another angle than it enters by: both pupils are images of the stop.
-        let pupil_magnification = paraxial.exit_pupil.1 / paraxial.entrance_pupil.1;
-        let tan_half_vfov = (0.5 * setting.film.y / (film_z - paraxial.exit_pupil.0) * pupil_magnification).abs();
+        let in_focus = match setting.focus {
+            Focus::At(distance) => eye_z - distance,
+            Focus::Film(_) => paraxial.object_of(film_z),
+        };
+        let tan_half_vfov = (0.5 * setting.film.y * lens.chief_tangent(&paraxial, film_z, eye_z, in_focus)).abs();
         let mut camera = LensCamera {
             pupil_z: paraxial.last_vertex,
             film: setting.film,
@@ -121,6 +125,7 @@ impl LensCamera {
             least_cos: 1.0,
             start_z: front_rim.min(0.0),
             axial: 0.0,
+            eye_z,
             tan_half_vfov,
             paraxial,
             lens,
@@ -144,55 +149,53 @@ impl LensCamera {
         LensRay { o, d: (pupil.extend(self.pupil_z) - o).normalize() }
     }
 
-    /// Bounds of the exit pupil from grids of rays, first over the last surface, then over what of it lets light through.
+    /// Bounds of the exit pupil, and what follows from the rays through its rim.
     fn bound_pupils(&mut self, (lo, hi): (f64, f64)) {
         let tracers: Vec<Tracer> =
             (0..WAVELENGTHS).map(|i| Tracer::new(&self.lens, lo + (hi - lo) * i as f64 / (WAVELENGTHS - 1) as f64)).collect();
         let last = &self.lens.surfaces[self.lens.surfaces.len() - 1];
         // Light that grazes the rim of a surface that is hollow towards the film crosses the plane of its vertex further out.
         let widest = last.semi_diameter * (1.0 + last.sag(last.semi_diameter).abs() / (self.film_z - self.pupil_z)) * 1.5;
-        let planes = [self.start_z, self.paraxial.entrance_pupil.0];
-        let (mut reach, mut least_cos) = ([0.0f64; 2], 1.0f64);
-        let radius_of = |i: usize| self.film_radius() * i as f64 / (PUPIL_BOUNDS - 1) as f64;
-        let mut pupil = Vec::new();
-        for i in 0..PUPIL_BOUNDS {
-            let film = dvec2(radius_of(i), 0.0);
-            let (mut center, mut half) = (DVec2::ZERO, DVec2::splat(widest));
-            let mut clear: Vec<DVec2> = Vec::new();
-            for _ in 0..2 {
-                clear.clear();
-                // The pupil is its own mirror image: one half of the rays is enough.
-                for (a, b) in (0..ACROSS * ACROSS / 2).map(|n| (n % ACROSS, n / ACROSS)) {
-                    let at = |n: usize| (n as f64 + 0.5) * 2.0 / ACROSS as f64 - 1.0;
-                    let p = center + half * dvec2(at(a), at(b));
-                    for out in tracers.iter().filter_map(|t| t.trace(self.ray_from_film(film, p))).filter(|out| out.is_clear) {
-                        clear.push(p);
-                        let far = planes.map(|z| out.ray.at(z).truncate().length());
-                        least_cos = least_cos.min(out.ray.d.z.abs());
-                        reach = [reach[0].max(far[0]), reach[1].max(far[1])];
+        let rim_at = |radius: f64| Rim::find(&tracers, |p| self.ray_from_film(dvec2(radius, 0.0), p), widest);
+        let spacing = self.film_radius() / (PUPIL_BOUNDS - 1) as f64;
+        let mut rims: Vec<(f64, Rim)> = Vec::new();
+        for radius in (0..PLACES).map(|i| 0.5 * spacing * i as f64) {
+            let found = rim_at(radius);
+            let (mut lit, mut dark) = (radius - 0.5 * spacing, radius);
+            if found.is_none() && rims.last().is_some_and(|(last, _)| *last == lit) {
+                // Here the picture ends: up to the last place that light reaches.
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (lit + dark);
+                    match rim_at(middle) {
+                        Some(rim) => {
+                            lit = middle;
+                            rims.push((middle, rim));
+                        }
+                        None => dark = middle,
                     }
                 }
-                if clear.is_empty() {
-                    break;
-                }
-                let step = half * (2.0 * MARGIN / ACROSS as f64);
-                let min_x = clear.iter().map(|p| p.x).fold(f64::INFINITY, f64::min) - step.x;
-                let max_x = clear.iter().map(|p| p.x).fold(f64::NEG_INFINITY, f64::max) + step.x;
-                let max_y = clear.iter().map(|p| p.y.abs()).fold(0.0, f64::max) + step.y;
-                (center, half) = (dvec2(0.5 * (min_x + max_x), 0.0), dvec2(0.5 * (max_x - min_x), max_y));
             }
-            // Of the box the ellipse that has all rays, and the spacing around them.
-            let step = half * (2.0 * MARGIN / ACROSS as f64);
-            let need = |p: &DVec2| (((*p - center).abs() + step) / half).length();
-            let scale = clear.iter().map(need).fold(0.0, f64::max);
-            pupil.push(if clear.is_empty() {
-                PupilBound::default()
-            } else {
-                PupilBound { center: center.x, half: half * scale }
-            });
+            rims.extend(found.map(|rim| (radius, rim)));
         }
-        self.pupil = pupil;
-        // Rays between those of the grid may be a little further out.
+        let planes = [self.start_z, self.paraxial.entrance_pupil.0];
+        let (mut reach, mut least_cos) = ([0.0f64; 2], 1.0f64);
+        for ray in rims.iter().flat_map(|(_, rim)| &rim.rays) {
+            let far = planes.map(|z| ray.at(z).truncate().length());
+            least_cos = least_cos.min(ray.d.z.abs());
+            reach = [reach[0].max(far[0]), reach[1].max(far[1])];
+        }
+        let radius_of = |i: usize| spacing * i as f64;
+        let nearest = |at: f64| rims.iter().min_by(|a, b| (a.0 - at).abs().total_cmp(&(b.0 - at).abs()));
+        let centers: Vec<f64> = (0..PUPIL_BOUNDS).map(|i| nearest(radius_of(i)).map_or(0.0, |(_, rim)| rim.center())).collect();
+        // Each bound serves all radii to its neighbours: between two, where the centre moves evenly, it then holds what both do.
+        let half = |i: usize| {
+            let served = rims.iter().filter(|(radius, _)| (radius - radius_of(i)).abs() < 0.99 * spacing);
+            served
+                .map(|(radius, rim)| rim.half(between(&centers, radius / spacing, |a, b, t| a + t * (b - a))))
+                .fold(DVec2::ZERO, DVec2::max)
+        };
+        self.pupil = (0..PUPIL_BOUNDS).map(|i| PupilBound { center: centers[i], half: half(i) }).collect();
+        // Rays between those may be a little further out.
         self.least_cos = 1.0 - 1.1 * (1.0 - least_cos);
         let plane = if reach[1] < reach[0] && planes[1].is_finite() && planes[1] >= self.start_z { 1 } else { 0 };
         self.front = AxialDisc { z: planes[plane], radius: 1.02 * reach[plane] };
@@ -203,7 +206,7 @@ impl LensCamera {
         let tracer = Tracer::new(&self.lens, LINE_D_NM);
         let passes = |h: f64| {
             let out = tracer.trace(self.ray_from_film(DVec2::ZERO, dvec2(h, 0.0)));
-            out.is_some_and(|out| out.is_clear)
+            out.is_some_and(|out| out.is_clear())
         };
         let (mut lo, mut hi) = (0.0, self.pupil[0].half.x + self.pupil[0].center.abs());
         if !passes(1e-6 * hi) {
@@ -219,11 +222,11 @@ impl LensCamera {
 
     /// The bound of the exit pupil at `radius` on the film: linear between those of [`LensCamera::pupil`].
     pub fn pupil_at(&self, radius: f64) -> PupilBound {
-        let last = PUPIL_BOUNDS - 1;
-        let x = (radius / self.film_radius() * last as f64).min(last as f64);
-        let i = (x as usize).min(last - 1);
-        let (a, b, t) = (self.pupil[i], self.pupil[i + 1], x - i as f64);
-        PupilBound { center: a.center + t * (b.center - a.center), half: a.half + t * (b.half - a.half) }
+        let mix = |a: PupilBound, b: PupilBound, t: f64| PupilBound {
+            center: a.center + t * (b.center - a.center),
+            half: a.half + t * (b.half - a.half),
+        };
+        between(&self.pupil, radius / self.film_radius() * (PUPIL_BOUNDS - 1) as f64, mix)
     }
 
     /// Where a ray that comes out of the lens towards the film arrives, and the measure that turns radiance into irradiance there for an area of the plane
@@ -232,4 +235,10 @@ impl LensCamera {
         let gap = self.film_z - self.pupil_z;
         (ray.at(self.film_z).truncate(), ray.d.z.powi(4) / (gap * gap))
     }
+}
+
+/// What lies at `x`, in steps, between the values of two neighbours.
+fn between<T: Copy>(values: &[T], x: f64, mix: impl Fn(T, T, f64) -> T) -> T {
+    let i = (x as usize).min(values.len() - 2);
+    mix(values[i], values[i + 1], (x - i as f64).min(1.0))
 }

@@ -20,7 +20,7 @@ pub enum Finish {
 pub struct Piece {
     /// Its geometry; light goes along +z, and the vertex of the first surface is at the origin.
     pub face: LensFace,
-    /// The surface in front of the glass that it bounds; none for a stop between lenses.
+    /// The surface in front of the glass that it bounds; none for a stop between lenses or within one glass.
     pub glass: Option<usize>,
     /// How it is finished.
     pub finish: Finish,
@@ -56,11 +56,12 @@ pub fn faces(lens: &Prescription, diameter: Option<f64>) -> Vec<Piece> {
             first += 1;
             continue;
         };
-        // A run of cemented glass; surfaces within one glass do nothing.
+        // A run of cemented glass; surfaces within one glass do nothing, but for the stop.
         let glass_at = |i: usize| surfaces[i].glass.as_ref();
         let end = (first..surfaces.len()).find(|&i| glass_at(i).is_none()).unwrap_or(surfaces.len() - 1);
-        let parts: Vec<usize> = (first..=end).filter(|&i| i == first || glass_at(i) != glass_at(i - 1)).collect();
-        let group = Group { surfaces, heights: &heights, parts: &parts };
+        let (parts, within): (Vec<usize>, Vec<usize>) =
+            (first..=end).partition(|&i| i == first || glass_at(i) != glass_at(i - 1));
+        let group = Group { surfaces, heights: &heights, parts: &parts, stop: within.into_iter().find(|&i| surfaces[i].stop) };
         let wide = parts.iter().map(|&i| surfaces[i].semi_diameter).fold(0.0, f64::max);
         group.add(diameter.map_or(wide, |d| (0.5 * d).max(wide)), &mut out);
         // The last surface of the run has air behind it.
@@ -90,6 +91,8 @@ struct Group<'a> {
     heights: &'a [f64],
     /// Its surfaces.
     parts: &'a [usize],
+    /// A stop within one of its pieces.
+    stop: Option<usize>,
 }
 
 impl Group<'_> {
@@ -115,6 +118,10 @@ impl Group<'_> {
             self.surface(pair[0], front, radius, false, &mut push);
             push(LensForm::Edge { from: front.1, to: back.1, radius }, Finish::Edge);
             self.surface(pair[1], back, radius, true, &mut push);
+        }
+        if let Some((inner, height)) = self.stop.map(|i| self.ends(i, radius)).filter(|(inner, _)| *inner < radius) {
+            let form = LensForm::Annulus { height, inner, outer: radius, is_upper: false };
+            out.push(Piece { face: LensFace { base, axis: DVec3::Z, form }, glass: None, finish: Finish::Black });
         }
     }
 

@@ -77,7 +77,7 @@ impl Prescription {
         });
         let pupil: Vec<DVec2> = grid.filter(|p| p.length() <= 1.0).map(|p| radius * p).collect();
         let tracers = LINES_NM.map(|nm| Tracer::new(self, nm));
-        let arrive = |tracer: &Tracer, p: DVec2| tracer.trace(start(p)).filter(|out| out.is_clear);
+        let arrive = |tracer: &Tracer, p: DVec2| tracer.trace(start(p)).filter(|out| out.is_clear());
         let landed = |tracer: &Tracer, p: DVec2| arrive(tracer, p).map(|out| out.ray.at(film_z).truncate());
         let spots = [0, 1, 2].map(|line| pupil.iter().filter_map(|&p| landed(&tracers[line], p)).collect::<Vec<_>>());
         let all: Vec<DVec2> = spots.iter().flatten().copied().collect();
@@ -102,13 +102,18 @@ impl Prescription {
     pub fn best_focus(&self, paraxial: &Paraxial, object_z: f64) -> f64 {
         const RAYS: usize = 64;
         let tracer = Tracer::new(self, LINE_D_NM);
-        let (pupil_z, radius) = (paraxial.entrance_pupil.0, paraxial.entrance_pupil.1.abs());
+        // The ray that fills the stop, at the first vertex; where light of that place misses the stop's rim, others end it.
+        let (y, angle) = if object_z.is_finite() { (-object_z, 1.0) } else { (1.0, 0.0) };
+        let first = &self.surfaces[0];
+        let at_stop = self.heights(y, angle, LINE_D_NM)[paraxial.stop];
+        let radius = (y * self.surfaces[paraxial.stop].semi_diameter / at_stop).abs().min(first.semi_diameter);
+        let before = first.sag(first.semi_diameter).min(0.0) - radius;
         let (mut yt, mut tt) = (0.0, 0.0);
         for i in 0..RAYS {
-            let target = dvec3(0.0, radius * ((i as f64 + 0.5) / RAYS as f64).sqrt(), pupil_z);
+            let target = dvec3(0.0, radius * ((i as f64 + 0.5) / RAYS as f64).sqrt(), 0.0);
             let d = if object_z.is_finite() { (target - dvec3(0.0, 0.0, object_z)).normalize() } else { DVec3::Z };
-            let o = target - d * (pupil_z.abs() + 4.0 * radius);
-            let Some(out) = tracer.trace(LensRay { o, d }).filter(|out| out.is_clear) else { continue };
+            let o = target + before / d.z * d;
+            let Some(out) = tracer.trace(LensRay { o, d }).filter(|out| out.is_clear()) else { continue };
             let (y, t) = (out.ray.at(paraxial.last_vertex).y, out.ray.d.y / out.ray.d.z);
             (yt, tt) = (yt + y * t, tt + t * t);
         }

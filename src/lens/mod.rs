@@ -6,10 +6,12 @@ pub mod figures;
 pub mod library;
 pub mod paraxial;
 pub mod prescription;
+pub mod pupil;
 pub mod trace;
 pub mod zmx;
 
 pub use camera::LensCamera;
 pub use paraxial::Paraxial;
 pub use prescription::{Fault, Glass, MOST_COEFFICIENTS, MOST_SURFACES, Prescription, Surface};
+pub use pupil::PupilBound;
 pub use trace::{LensRay, Tracer};

@@ -1,6 +1,7 @@
 //! Gaussian optics of a prescription (Hecht, Optics, 6.1; Kingslake & Johnson, Lens Design Fundamentals, ch. 3).
 
 use super::{Prescription, Surface};
+use crate::spectrum::LINE_D_NM;
 
 /// What a lens does near its axis, at one wavelength. Lengths are m; places are z, counted from the first vertex in the direction of light.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,10 +38,10 @@ impl Paraxial {
         self.focal_length.abs() / (2.0 * self.entrance_pupil.1.abs())
     }
 
-    /// Where an object at `z` is imaged; `-inf` is an object at infinity.
-    pub fn image_of(&self, z: f64) -> f64 {
+    /// Where what is imaged at `z` lies.
+    pub fn object_of(&self, z: f64) -> f64 {
         // Newton: the product of the distances from the focal points is -f^2.
-        self.rear_focus - self.focal_length * self.focal_length / (z - self.front_focus)
+        self.front_focus - self.focal_length * self.focal_length / (z - self.rear_focus)
     }
 }
 
@@ -126,17 +127,25 @@ impl Prescription {
         Prescription { name: self.name.clone(), surfaces: (0..count).map(turned).collect() }
     }
 
-    /// Place (behind the last vertex) and magnification of the image that the surfaces behind the stop make of it.
-    fn pupil(&self, stop: usize, nm: f64) -> (f64, f64) {
-        let count = self.surfaces.len();
-        let n = self.indices(nm);
+    /// The ray that goes through the middle of the stop at the angle of 1 over the index there, behind the last surface.
+    fn chief(&self, stop: usize, nm: f64) -> Ray {
+        let (count, start) = (self.surfaces.len(), Ray { y: 0.0, nu: 1.0 });
         if stop + 1 == count {
-            return (0.0, 1.0);
+            return start;
         }
-        // A ray from the middle of the stop, and Lagrange's invariant for its size.
-        let start = Ray { y: 0.0, nu: 1.0 }.moved(self.surfaces[stop].thickness, n[stop]);
-        let out = self.forward(start, stop + 1..count, nm).0;
-        (out.crossing(), 1.0 / out.nu)
+        self.forward(start.moved(self.surfaces[stop].thickness, self.indices(nm)[stop]), stop + 1..count, nm).0
+    }
+
+    /// Tangent of the angle at which one in the eye at `eye_z` sees the point of the plane `object_z` that the ray through the middle of the stop leads to from
+    /// a place of the film in the plane `film_z`; over the distance of that place from the axis, m^-1. At the d line.
+    pub fn chief_tangent(&self, paraxial: &Paraxial, film_z: f64, eye_z: f64, object_z: f64) -> f64 {
+        let count = self.surfaces.len();
+        let behind = self.chief(paraxial.stop, LINE_D_NM);
+        let before = self.reversed().chief(count - 1 - paraxial.stop, LINE_D_NM);
+        // Seen from the other side the same ray rises where it falls; so far away only its angle counts.
+        let height = |z: f64| before.nu * z - before.y;
+        let tangent = if object_z.is_finite() && object_z < eye_z { height(object_z) / (eye_z - object_z) } else { before.nu };
+        tangent / (behind.y + (film_z - paraxial.last_vertex) * behind.nu)
     }
 
     /// Gaussian optics at `nm`.
@@ -148,16 +157,17 @@ impl Prescription {
         let stop = self.stop(nm);
         let radius = self.surfaces[stop].semi_diameter;
         // What the stop's own surface does belongs to the side on which its glass is: its rim is where it bends light.
-        let (exit, exit_size) = self.pupil(stop, nm);
-        let (entrance, entrance_size) = turned.pupil(self.surfaces.len() - 1 - stop, nm);
+        let behind = self.chief(stop, nm);
+        let before = turned.chief(self.surfaces.len() - 1 - stop, nm);
         Paraxial {
             focal_length: -1.0 / out.nu,
             front_focus: -back.crossing(),
             rear_focus: last_vertex + out.crossing(),
             last_vertex,
             stop,
-            entrance_pupil: (-entrance, radius * entrance_size),
-            exit_pupil: (last_vertex + exit, radius * exit_size),
+            // By Lagrange's invariant for the size.
+            entrance_pupil: (-before.crossing(), radius / before.nu),
+            exit_pupil: (last_vertex + behind.crossing(), radius / behind.nu),
         }
     }
 }
@@ -190,8 +200,7 @@ mod tests {
         close(p.f_number(), f / 0.02);
         // The thin lens equation between the principal planes.
         let (object, image) = (h1 - 0.3, d + h2 + 1.0 / (1.0 / f - 1.0 / 0.3));
-        close(p.image_of(object), image);
-        close(p.image_of(f64::NEG_INFINITY), d + h2 + f);
+        close(p.object_of(image), object);
     }
 
     /// A stop behind a thin lens, at half its focal length, is seen twice as large at a focal length behind the lens.

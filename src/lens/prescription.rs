@@ -2,6 +2,7 @@
 //!
 //! Light goes along +z. The vertex of the first surface is at z = 0, radii are positive where the centre of curvature lies at greater z.
 
+use crate::geometry::profile;
 use crate::spectrum::{Ior, Spectrum};
 
 /// Surfaces of a lens at most.
@@ -72,17 +73,21 @@ impl Surface {
 
     /// Height z above the plane through the vertex at distance `r` from the axis, m. NaN where the conic does not reach so far.
     pub fn sag(&self, r: f64) -> f64 {
-        let (c, r2) = (self.curvature(), r * r);
-        let conic = c * r2 / (1.0 + (1.0 - (1.0 + self.conic) * c * c * r2).sqrt());
-        conic + r2 * self.aspheric.iter().rev().fold(0.0, |sum, a| sum * r2 + a)
+        profile::sag(self.curvature(), self.root(r * r), &self.aspheric, r * r)
     }
 
     /// dz / dr at distance `r` from the axis. NaN where the conic does not reach so far.
     pub fn slope(&self, r: f64) -> f64 {
-        let (c, r2) = (self.curvature(), r * r);
-        let conic = c * r / (1.0 - (1.0 + self.conic) * c * c * r2).sqrt();
-        let powers = self.aspheric.iter().enumerate().rev();
-        conic + r * powers.fold(0.0, |sum, (i, a)| sum * r2 + 2.0 * (i + 1) as f64 * a)
+        r * self.slope_over_r(r * r)
+    }
+
+    /// (dz / dr) / r at the square of the distance from the axis.
+    pub(super) fn slope_over_r(&self, r2: f64) -> f64 {
+        profile::slope_over_r(self.curvature(), self.root(r2), &self.aspheric, r2)
+    }
+
+    fn root(&self, r2: f64) -> f64 {
+        (1.0 - (1.0 + self.conic) * self.curvature().powi(2) * r2).sqrt()
     }
 
     /// Whether the surface is a plane.

@@ -27,22 +27,21 @@ pub struct Out {
     pub ray: LensRay,
     /// Share of the light that no surface has reflected and no glass absorbed.
     pub transmission: f64,
+    /// The greatest distance from the axis over the semi-diameter of the surface: beyond 1 a rim is in the way.
+    pub fill: f64,
+}
+
+impl Out {
     /// Whether it passed inside every semi-diameter.
-    pub is_clear: bool,
+    pub fn is_clear(&self) -> bool {
+        self.fill <= 1.0
+    }
 }
 
 /// Newton's steps at aspheric surfaces at most.
 const MOST_STEPS: usize = 50;
 
 impl Surface {
-    /// (dz / dr) / r at the square of the distance from the axis.
-    fn slope_over_r(&self, r2: f64) -> f64 {
-        let c = self.curvature();
-        let conic = c / (1.0 - (1.0 + self.conic) * c * c * r2).sqrt();
-        let powers = self.aspheric.iter().enumerate().rev();
-        conic + powers.fold(0.0, |sum, (i, a)| sum * r2 + 2.0 * (i + 1) as f64 * a)
-    }
-
     /// Where a ray meets the surface, in coordinates of its vertex, and the unit normal there, towards +z. `None` if it does not, near the vertex.
     pub fn intersect(&self, ray: LensRay) -> Option<(DVec3, DVec3)> {
         let (d, c) = (ray.d, self.curvature());
@@ -102,7 +101,7 @@ impl<'a> Tracer<'a> {
     /// totally.
     pub fn trace(&self, ray: LensRay) -> Option<Out> {
         let (count, forward) = (self.surfaces.len(), ray.d.z > 0.0);
-        let mut out = Out { ray, transmission: 1.0, is_clear: true };
+        let mut out = Out { ray, transmission: 1.0, fill: 0.0 };
         for step in 0..count {
             let i = if forward { step } else { count - 1 - step };
             let before = if i == 0 { 1.0 } else { self.n[i - 1] };
@@ -114,7 +113,7 @@ impl<'a> Tracer<'a> {
                 let gap = if forward { i - 1 } else { i };
                 out.transmission *= (-self.absorption[gap] * (at + vertex).distance(from)).exp();
             }
-            out.is_clear &= at.x * at.x + at.y * at.y <= surface.semi_diameter * surface.semi_diameter;
+            out.fill = out.fill.max(at.x.hypot(at.y) / surface.semi_diameter);
             let normal = normal * out.ray.d.z.signum();
             let (eta, cos) = (n1 / n2, out.ray.d.dot(normal));
             let cos2_t = 1.0 - eta * eta * (1.0 - cos * cos);

@@ -2,7 +2,6 @@
 
 use super::{Fault, Glass, Prescription, Surface};
 use crate::error::quoted;
-use crate::spectrum::measured::decode;
 use crate::spectrum::{Ior, library};
 
 /// Aspheric parameters of a surface.
@@ -42,9 +41,9 @@ fn fault(surface: Option<usize>, problem: impl Into<String>, remedy: &str) -> Fa
     Fault { surface, problem: problem.into(), remedy: remedy.into() }
 }
 
-/// Reads a file. Surfaces are counted from 0 as the lens has them: the object, the image and planes that do nothing are left out.
-pub fn read(bytes: &[u8]) -> Result<Prescription, Fault> {
-    let (head, raw) = parse(&decode(bytes))?;
+/// Reads the text of a file. Surfaces are counted from 0 as the lens has them: the object, the image and planes that do nothing are left out.
+pub fn read(text: &str) -> Result<Prescription, Fault> {
+    let (head, raw) = parse(text)?;
     let Some((_, lens)) = raw.split_last().filter(|(_, rest)| rest.len() > 1) else {
         return Err(fault(None, "the file has no surfaces", "use a sequential .zmx file"));
     };

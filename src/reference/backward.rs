@@ -46,9 +46,12 @@ impl Stage {
                 nm.iter().enumerate().map(|(bin, &nm)| WavelengthSample { bin, nm, beta: 1.0, etendue: 1.0 }).collect();
             // Through a lens each goes its own way.
             let together = if disperses(&self.scene.sensor) { 1 } else { all.len() };
+            let mut walked = BatchStats::default();
             for wavelengths in all.chunks(together) {
-                self.look(pixel, wavelengths.to_vec(), &nm, sums, &mut rng, &mut stats);
+                self.look(pixel, wavelengths.to_vec(), &nm, sums, &mut rng, &mut walked);
             }
+            // However many wavelengths of it were cut.
+            stats += BatchStats { truncated: walked.truncated.min(1), ..walked };
         }
         stats
     }
@@ -66,9 +69,7 @@ impl Stage {
         let Some(view) = sample_view(&self.scene.sensor, &self.scene.film, pixel, wavelengths[0].nm, rng) else { return };
         let inside = self.interiors_at(view.ray.origin);
         let mut met = Met { stage: self, radiance: vec![0.0; nm.len()] };
-        let mut walked = BatchStats::default();
-        self.walk(Path::new(view.ray, wavelengths, inside), Transport::Radiance, rng, &mut met, &mut walked);
-        *stats += BatchStats { truncated: walked.truncated.min(1), ..walked };
+        self.walk(Path::new(view.ray, wavelengths, inside), Transport::Radiance, rng, &mut met, stats);
         let negative = met.radiance.iter().copied().find(|l| *l < 0.0);
         if finite(negative.unwrap_or(met.radiance.iter().sum()), stats) {
             for (bin, l) in met.radiance.iter().enumerate() {

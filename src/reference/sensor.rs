@@ -32,7 +32,7 @@ struct Mount<'a> {
 
 impl Mount<'_> {
     fn eye_in_lens(&self) -> DVec3 {
-        dvec3(0.0, 0.0, self.lens.paraxial.entrance_pupil.0)
+        dvec3(0.0, 0.0, self.lens.eye_z)
     }
 
     /// Film position in pixels from one in m: the image is upside down.
@@ -49,7 +49,7 @@ impl Mount<'_> {
         // A circle around the bound: this needs no more of it than that nothing gets through outside.
         let radius = bound.center.abs() + bound.half.max_element();
         let from = lens.ray_from_film(at, sample_disc(radius, rng).truncate());
-        let out = Tracer::new(&lens.lens, nm).trace(from).filter(|out| out.is_clear)?;
+        let out = Tracer::new(&lens.lens, nm).trace(from).filter(|out| out.is_clear())?;
         let weight = out.transmission * lens.land(&from).1 * PI * radius * radius / lens.axial;
         let start = out.ray.at(lens.start_z) - self.eye_in_lens();
         Some(View { ray: Ray::new(self.eye + self.frame * start, self.frame * out.ray.d), weight })
@@ -66,7 +66,7 @@ impl Mount<'_> {
         let pixel = lens.film.x * lens.film.y / f64::from(film.width * film.height);
         let weight = PI * lens.front.radius.powi(2) * d.z / (entry.length_squared() * pixel * lens.axial);
         let land = |nm: &f64| {
-            let out = Tracer::new(&lens.lens, *nm).trace(LensRay { o: from, d }).filter(|out| out.is_clear);
+            let out = Tracer::new(&lens.lens, *nm).trace(LensRay { o: from, d }).filter(|out| out.is_clear());
             let land = |out: crate::lens::trace::Out| (self.pixels(film, lens.land(&out.ray).0), weight * out.transmission);
             out.map_or(([f64::MIN; 2], 0.0), land)
         };

@@ -35,6 +35,7 @@ pub use json::load::{LoadOptions, load, load_str};
 pub use json::parse;
 pub use json::settings::Setting;
 pub use lamp::profile::{Profile, ProfileCell};
+pub use lamp::sky::Sky;
 pub(crate) use light::spot_solid_angle;
 pub use light::{EnvironmentMap, EnvironmentTexels, Falloff, Light, Placement};
 pub use material::{CoatNormals, Material, Passage};

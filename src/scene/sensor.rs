@@ -127,7 +127,7 @@ pub enum Sensor {
         lens_radius: f64,
         /// Distance of the plane in focus along the view axis.
         focus_distance: f64,
-        /// The lens that rays go through, the centre of whose entrance pupil the eye is; then the thin lens is what it is about.
+        /// The lens that rays go through, with [`LensCamera::eye_z`] at the eye; then the thin lens is what it is about.
         optics: Option<Arc<LensCamera>>,
     },
     /// Parallel view rays; pixels are radiance.

@@ -27,6 +27,9 @@ const GLASS_KINDS: &[(&str, &str)] = &[
 /// Extinction coefficients of what can be called transparent: 1/e behind 0.1 mm.
 const MOST_TRANSPARENT: f64 = 5e-4;
 
+/// Kinds of [`glass_kinds`].
+pub const KINDS: [&str; 7] = ["glass", "crystal", "gem", "liquid", "plastic", "gas", "other"];
+
 static FILES: Dir = include_dir!("$CARGO_MANIFEST_DIR/spectra");
 
 /// A standard observer of the CIE.
@@ -89,6 +92,16 @@ pub fn daylight_components() -> Vec<[f64; 4]> {
     rows.iter().map(|r| [r[0], r[1], r[2], r[3]]).collect()
 }
 
+/// Numbers of the model of the clear sky: parameters, radiances, the Sun's radiances and the darkening of its limb (scene/lamp/sky.rs).
+pub fn sky_model() -> &'static [Vec<f64>; 4] {
+    static MODEL: OnceLock<[Vec<f64>; 4]> = OnceLock::new();
+    MODEL.get_or_init(|| {
+        let text = FILES.get_file("sky/hosek-wilkie.txt.gz").map(|file| unpacked(file.contents())).unwrap_or_default();
+        let line = |word: &str| text.lines().find_map(|line| numbers(line.strip_prefix(word)?)).unwrap_or_default();
+        ["parameters", "radiance", "sun", "darkening"].map(line)
+    })
+}
+
 /// Index of refraction of a glass, crystal or liquid, relative to air, over the range its source gives.
 pub fn glass(name: &str) -> Option<Ior> {
     glass_entry(name).and_then(Entry::ior)
@@ -103,6 +116,21 @@ pub fn glass_name(name: &str) -> Option<&'static str> {
 /// order; a word may come twice.
 pub fn glass_head(name: &str) -> Option<&'static [(String, String)]> {
     glass_entry(name).map(|entry| entry.head.as_slice())
+}
+
+/// What kind of material a glass is, some of [`KINDS`]; a gem is a crystal too.
+pub fn glass_kinds(name: &str) -> Vec<&'static str> {
+    static RULES: OnceLock<Vec<(&str, &str)>> = OnceLock::new();
+    let rules = RULES.get_or_init(|| {
+        let text = FILES.get_file("kinds.txt").and_then(|file| file.contents_utf8()).unwrap_or_default();
+        text.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split_once(" = ")).collect()
+    });
+    // A source ends with its path in refractiveindex.info's database.
+    let sources = glass_head(name).unwrap_or_default().iter().filter(|(word, _)| word == "source");
+    let paths = sources.filter_map(|(_, text)| text.rsplit("; ").next()?.rsplit(", ").next());
+    let fitting = paths.flat_map(|path| rules.iter().filter(move |(_, start)| path.starts_with(start)));
+    let best = fitting.max_by_key(|(_, start)| start.len());
+    best.map_or(vec!["other"], |(kinds, _)| kinds.split(' ').collect())
 }
 
 /// Absorption coefficient 4 pi k / lambda of a material that [`glass`] knows, m^-1; `None` too where its file has no k. Schott's and most other
@@ -239,15 +267,8 @@ fn read_folder(dir: &Dir, entries: &mut Vec<Entry>) {
         match item {
             DirEntry::Dir(sub) => read_folder(sub, entries),
             DirEntry::File(file) => {
-                let mut unpacked = String::new();
-                let text = match file.contents_utf8() {
-                    Some(text) => text,
-                    None => match GzDecoder::new(file.contents()).read_to_string(&mut unpacked) {
-                        Ok(_) => &unpacked,
-                        Err(e) => panic!("spectra/{}: {e}", file.path().display()),
-                    },
-                };
-                let read = parse_entries(text).unwrap_or_else(|problem| panic!("spectra/{}: {problem}", file.path().display()));
+                let text = file.contents_utf8().map_or_else(|| unpacked(file.contents()), str::to_string);
+                let read = parse_entries(&text).unwrap_or_else(|problem| panic!("spectra/{}: {problem}", file.path().display()));
                 entries.extend(read);
             }
         }
@@ -262,6 +283,15 @@ struct Entry {
     /// Lines that begin with a word: the word and the rest.
     lines: Vec<(String, String)>,
     rows: Vec<Vec<f64>>,
+}
+
+/// The text of a compressed file.
+fn unpacked(bytes: &[u8]) -> String {
+    let mut text = String::new();
+    match GzDecoder::new(bytes).read_to_string(&mut text) {
+        Ok(_) => text,
+        Err(e) => panic!("spectra/: {e}"),
+    }
 }
 
 fn parse_entries(text: &str) -> Result<Vec<Entry>, String> {

@@ -97,3 +97,26 @@ fn glasses_of_a_file_and_those_within_ranges_are_listed() {
     let said = text(&folder.run(&["glass", "--list", "ohara/", "--nd", "1.9..2.1", "--vd", "20..30"]).stdout);
     assert!(said.contains("ohara/S-LAH79") && !said.contains("S-BSL7"), "{said}");
 }
+
+#[test]
+fn names_are_listed_by_kind() {
+    let names = |arguments: &[&str]| -> Vec<String> {
+        json(&[&["--list"], arguments].concat()).iter().map(|row| row["name"].as_str().unwrap().to_string()).collect()
+    };
+    for (kind, of_it, not) in [
+        ("gem", &["diamond", "moissanite", "sapphire e", "ZrO2-Y2O3/Wood"][..], "CaF2"),
+        ("crystal", &["calcite", "quartz e", "diamond", "ice"], "water"),
+        ("liquid", &["water", "ethanol", "toluene/Kedenburg"], "PMMA"),
+        ("plastic", &["PMMA", "polycarbonate", "NAS-21/Sultanova"], "ethanol"),
+        ("glass", &["N-BK7", "F2", "fused silica", "ohara/S-TIH6"], "quartz"),
+    ] {
+        let listed = names(&["--kind", kind]);
+        let has = |name: &str| listed.iter().any(|n| n == name);
+        assert!(of_it.iter().all(|name| has(name)) && !has(not), "{kind}: {listed:?}");
+    }
+    let dense = names(&["ohara/", "--kind", "glass", "--nd", "1.8..1.9", "--vd", "25..40"]);
+    assert!(dense.len() > 5 && dense.iter().all(|name| name.starts_with("ohara/")), "{dense:?}");
+    let folder = Folder::new("glass-kinds");
+    fails(&folder, &["glass", "--list", "ohara", "--kind", "gem"], &["no glass lies", "--kind"]);
+    fails(&folder, &["glass", "--list", "--kind", "metal"], &["metal", "crystal"]);
+}

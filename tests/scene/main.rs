@@ -15,7 +15,10 @@ mod measured;
 mod meshes;
 mod pictures;
 mod profiles;
+#[path = "../support/random.rs"]
+mod random;
 mod sheen;
+mod sky;
 mod spectra;
 mod textures;
 mod traps;

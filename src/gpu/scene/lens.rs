@@ -19,6 +19,7 @@ pub(super) fn build(gpu: &Gpu, scene: &Scene, rows: &mut Rows) -> (Vec<(&'static
         (rows.add(SpectrumRow::Ior(ior)), rows.spectrum(&absorption))
     };
     let mut front = medium(None);
+    let air = front.0;
     let mut surfaces = Vec::new();
     for (surface, z) in lens.surfaces.iter().zip(lens.vertices()) {
         let behind = medium(Some(surface));
@@ -51,5 +52,7 @@ pub(super) fn build(gpu: &Gpu, scene: &Scene, rows: &mut Rows) -> (Vec<(&'static
         ("lens", uniform("surfaces of the lens", bytemuck::cast_slice(&surfaces))),
         ("pupil_bounds", uniform("bounds of the exit pupil", bytemuck::cast_slice(&bounds))),
     ];
-    (resources, format!("const LENS_SURFACES = {}u;\nconst LENS_BOUNDS = {}u;\n", surfaces.len(), bounds.len()))
+    let sizes =
+        format!("const LENS_SURFACES = {}u;\nconst LENS_BOUNDS = {}u;\nconst LENS_AIR = {air}u;\n", surfaces.len(), bounds.len());
+    (resources, sizes)
 }

@@ -8,7 +8,7 @@ use crate::scene::json::files::{Files, read_scene_file};
 use crate::scene::json::load::view;
 use crate::scene::json::parse;
 use crate::scene::json::remarks::Remarks;
-use crate::scene::json::shapes::UNITS;
+use crate::scene::json::shapes::metres;
 use crate::scene::json::spectra::SpectrumReader;
 use crate::scene::{FilmSettings, Sensor};
 use crate::spectrum::measured::decode;
@@ -79,7 +79,7 @@ fn read(bytes: &[u8], path: &Path, from: Option<&Node>, reader: &SpectrumReader)
         Some(node) => node.fail(format!("{}: {problem}", quoted(node.string().unwrap_or_default())), remedy),
         None => Error::file(path, problem, remedy),
     };
-    let lens = zmx::read(bytes).map_err(|Fault { surface, problem, remedy }| match surface {
+    let lens = zmx::read(&text).map_err(|Fault { surface, problem, remedy }| match surface {
         Some(i) => failed(format!("surface {i}: {problem}"), remedy),
         None => failed(problem, remedy),
     })?;
@@ -95,18 +95,7 @@ fn read(bytes: &[u8], path: &Path, from: Option<&Node>, reader: &SpectrumReader)
 
 /// The lens whose `surfaces` stand in `node`, with a `unit`, a `name` and a `diameter` for those that have none.
 fn surfaces(node: &Node, reader: &SpectrumReader) -> Result<Prescription> {
-    let unit = match node.get("unit") {
-        None => 1.0,
-        Some(unit) => {
-            let word = unit.string()?;
-            let names = UNITS.iter().map(|(name, _)| *name);
-            UNITS
-                .iter()
-                .find(|(name, _)| *name == word)
-                .map(|(_, metres)| *metres)
-                .ok_or_else(|| unit.fail(format!("{} is no unit of length", quoted(word)), suggest(word, names)))?
-        }
-    };
+    let unit = node.get("unit").map_or(Ok(1.0), |unit| metres(&unit))?;
     for text in ["name", "source"].iter().filter_map(|key| node.get(key)) {
         text.string()?;
     }
@@ -203,7 +192,7 @@ pub(in crate::scene) fn camera(inner: &Node, film: &FilmSettings, reader: &Spect
         eye,
         frame,
         tan_half_vfov: optics.tan_half_vfov,
-        lens_radius: optics.paraxial.entrance_pupil.1.abs(),
+        lens_radius: optics.paraxial.entrance_pupil.1.abs().min(optics.front.radius),
         focus_distance: match setting.focus {
             Focus::At(focus) => focus,
             Focus::Film(_) => distance,

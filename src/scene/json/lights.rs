@@ -8,6 +8,7 @@ use crate::scene::json::units::Source;
 use crate::scene::lamp;
 use crate::scene::lamp::environment;
 use crate::scene::lamp::profile::lamp_axes;
+use crate::scene::lamp::sky;
 use crate::scene::light::spot_solid_angle;
 use crate::scene::{Falloff, Light};
 use crate::spectrum::Spectrum;
@@ -15,7 +16,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Kinds of light that are not shapes.
-const LIGHTS: &[&str] = &["point", "spot", "beam", "laser", "sun", "constant", "image"];
+const LIGHTS: &[&str] = &["point", "spot", "beam", "laser", "sun", "constant", "image", "sky"];
 
 /// Lasers of a greater radius were probably given in millimetres; m.
 const WIDEST_LASER: f64 = 0.25;
@@ -30,6 +31,7 @@ pub(super) const KEYS: Keys = &[
     ("sun", &["direction", "angle_deg", "irradiance"]),
     ("constant", &["radiance"]),
     ("image", &["file", "scale", "bands", "transform"]),
+    ("sky", &["turbidity", "elevation_deg", "azimuth_deg", "albedo", "scale", "sun"]),
 ];
 
 impl Loader {
@@ -37,18 +39,20 @@ impl Loader {
     pub(in crate::scene) fn lights(&mut self, root: &Node) -> Result<()> {
         let Some(lights) = root.get("lights") else { return Ok(()) };
         for node in lights.array(0)? {
-            let light = self.light(&node)?;
-            self.scene.lights.push(light);
+            let lights = self.light(&node)?;
+            self.scene.lights.extend(lights);
         }
         Ok(())
     }
 
-    fn light(&mut self, node: &Node) -> Result<Light> {
+    /// One light, or a sky with its Sun.
+    fn light(&mut self, node: &Node) -> Result<Vec<Light>> {
         node.object("light")?;
         let (kind, inner) = node.one_of(LIGHTS)?;
         inner.object(kind)?;
         let amount = |key: &str, source| self.reader.light(&inner.need(key)?, source);
-        Ok(match kind {
+        Ok(vec![match kind {
+            "sky" => return sky::lights(&self.reader, &inner),
             "point" => Light::Point {
                 position: inner.need("position")?.point()?,
                 intensity: amount("intensity", Source::Point(4.0 * PI))?,
@@ -123,7 +127,7 @@ impl Loader {
             }
             "constant" => Light::Constant { radiance: amount("radiance", Source::Everywhere)? },
             _ => environment::image(&self.reader, &inner)?,
-        })
+        }])
     }
 }
 

@@ -24,8 +24,7 @@ const MOST_VISITS: u32 = 1_000_000;
 pub(in crate::scene) const MOST_TRIANGLES: usize = 20_000_000;
 
 /// Units of length, m.
-pub(in crate::scene) const UNITS: &[(&str, f64)] =
-    &[("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("um", 1e-6), ("in", 0.0254), ("ft", 0.3048)];
+const UNITS: [(&str, f64); 6] = [("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("um", 1e-6), ("in", 0.0254), ("ft", 0.3048)];
 
 impl Loader {
     /// Reads `shapes`, with `groups` to take instances from.
@@ -263,9 +262,14 @@ fn unit(shape: &Node, geometry: &Node) -> Result<Option<f64>> {
         return Err(surplus.fail("the shape has a \"unit\" already", "keep one of the two"));
     }
     let Some(unit) = of_shape.or(of_file) else { return Ok(None) };
-    let names: Vec<&str> = UNITS.iter().map(|(name, _)| *name).collect();
+    metres(&unit).map(Some)
+}
+
+/// The unit of length that a text names, m.
+pub(in crate::scene) fn metres(unit: &Node) -> Result<f64> {
+    let names = UNITS.map(|(name, _)| name);
     let name = unit.choice(&names)?;
-    Ok(UNITS.iter().find(|(known, _)| *known == name).map(|(_, metres)| *metres))
+    Ok(UNITS.iter().find(|(known, _)| *known == name).map_or(1.0, |(_, metres)| *metres))
 }
 
 fn polyhedron(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Geometry {

@@ -4,6 +4,7 @@ pub(in crate::scene) mod environment;
 mod eulumdat;
 mod ies;
 pub(in crate::scene) mod profile;
+pub(in crate::scene) mod sky;
 
 use crate::error::{Result, quoted};
 use crate::scene::json::Node;

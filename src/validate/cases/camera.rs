@@ -2,15 +2,16 @@
 
 use super::film;
 use crate::film::Film;
-use crate::lens::{Glass, LensRay, Prescription, Surface};
+use crate::lens::camera::{Focus, Setting};
+use crate::lens::{Fault, Glass, LensCamera, LensRay, Prescription, Surface};
 use crate::scene::load_lens;
 use crate::spectrum::{Ior, LINE_C_NM, LINE_D_NM, LINE_F_NM};
 use crate::validate::{Case, Row, View};
-use glam::dvec3;
+use glam::{DVec2, dvec3};
 use serde_json::json;
 
 pub(super) fn cases() -> Vec<Case> {
-    vec![stop_alone(), paraxial(), aberrations()]
+    vec![stop_alone(), paraxial(), aberrations(), reciprocity()]
 }
 
 /// Share of the hemisphere's irradiance that comes from a disc of radius `a` in a parallel plane at `h`, whose axis is `r` away (Howell, configuration B-13).
@@ -145,6 +146,64 @@ fn aberrations() -> Case {
             known("lens-aberrations/image", r * (n + 1.0), 1e-12, image(0.1)),
             known("lens-aberrations/curved-first", 7.0 / 6.0, 2e-3, shape(0.05, flat)),
             known("lens-aberrations/flat-first", 4.5, 2e-3, shape(flat, -0.05)),
+        ],
+    }
+}
+
+/// A lamp as the camera sees it out of focus, and the caustic that the same lens as a solid makes of its light where the film was.
+fn reciprocity() -> Case {
+    const SIDE: usize = 24;
+    let (film_side, behind, n, r) = (0.012, 0.05, 1.5, 0.05);
+    let surfaces = json!([{"stop": true, "thickness": 0.004, "diameter": 0.01}, {"radius": r, "thickness": 0.008, "glass": n}, {"radius": -r}]);
+    // Light that passes the stop outside goes outwards from there, beside the lens.
+    let lamp = json!([{"sphere": {"center": [0.012, 0, -0.4], "radius": 0.002}, "emission": {"radiance": 1}}]);
+    let seen = json!({
+        "film": film(SIDE as u32, SIDE as u32, 1),
+        "camera": {"lens": {
+            "eye": [0, 0, 0], "target": [0, 0, -1], "film": [film_side, film_side], "film_distance": behind,
+            "diameter": 0.03, "surfaces": surfaces,
+        }},
+        "shapes": lamp,
+    });
+    let half = 0.5 * film_side;
+    let caustic = json!({
+        "film": film(SIDE as u32, SIDE as u32, 1),
+        "camera": {"irradiance_plane": {"origin": [half, -half, 0.012 + behind], "edge_u": [-film_side, 0, 0], "edge_v": [0, film_side, 0]}},
+        "shapes": [lamp[0], {"lens": {"diameter": 0.03, "surfaces": surfaces}}],
+        // A camera's lens has no reflections.
+        "max_depth": 2,
+    });
+    let part = |radius: f64, thickness: f64, glass: Option<Glass>, semi_diameter: f64, stop: bool| Surface {
+        thickness,
+        semi_diameter,
+        stop,
+        ..surface(radius, 0.0, glass)
+    };
+    let solid = lens(vec![
+        part(f64::INFINITY, 0.004, None, 0.005, true),
+        part(r, 0.008, constant(n), 0.015, false),
+        part(-r, 0.0, None, 0.015, false),
+    ]);
+    let setting = Setting { film: DVec2::splat(film_side), focus: Focus::Film(behind), f_number: None, range_nm: (500.0, 600.0) };
+    let axial = LensCamera::new(solid, &setting).map_or_else(|Fault { problem, .. }| panic!("{problem}"), |camera| camera.axial);
+    // Sum, mean column, and variance of the columns.
+    let moments = |film: &Film| {
+        let sum = |weight: &dyn Fn(f64) -> f64| (0..SIDE * SIDE).map(|i| film.bin(i, 0) * weight((i % SIDE) as f64)).sum::<f64>();
+        let (all, mean) = (sum(&|_| 1.0), sum(&|x| x) / sum(&|_| 1.0));
+        [all, mean, sum(&|x| (x - mean).powi(2)) / all]
+    };
+    let row = |name: &str, exact: f64, sigma: f64, measure: fn([f64; 3], [f64; 3], f64) -> f64| {
+        let measure = move |f: &[Film]| vec![measure(moments(&f[0]), moments(&f[1]), axial)];
+        Row::new(format!("lens-reciprocity/{name}"), exact, sigma, measure).floor(1e-3)
+    };
+    Case {
+        id: "lens-reciprocity",
+        title: "image of a lamp out of focus over the caustic of its light through the same lens: light, place in pixels, variance",
+        views: vec![View::new(seen, 1024), View { light_paths: Some(64.0), seed: 1, ..View::new(caustic, 16) }],
+        rows: vec![
+            row("light", 1.0, 5e-3, |seen, caustic, axial| seen[0] * axial / caustic[0]),
+            row("place", 0.0, 2e-2, |seen, caustic, _| seen[1] - caustic[1]),
+            row("width", 1.0, 2e-2, |seen, caustic, _| seen[2] / caustic[2]),
         ],
     }
 }

@@ -85,7 +85,7 @@ fn rays_through_a_lens_arrive_within_1e_5_of_its_focal_length() {
         let (mut worst, mut through, mut at_rims) = (0.0f64, 0, 0);
         for ((o, d), found) in rays.iter().zip(traced(&scene, &rays)) {
             let start = LensRay { o: o.truncate().as_dvec3(), d: d.truncate().as_dvec3().normalize() };
-            let exact = Tracer::new(&optics.lens, NM[o.w as usize]).trace(start).filter(|out| out.is_clear);
+            let exact = Tracer::new(&optics.lens, NM[o.w as usize]).trace(start).filter(|out| out.is_clear());
             let [x, y, z, weight, dx, dy, dz, _] = found;
             let Some(exact) = exact.filter(|_| weight > 0.0) else {
                 at_rims += usize::from(exact.is_some() != (weight > 0.0));

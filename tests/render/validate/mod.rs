@@ -77,6 +77,7 @@ cases! {
     stop_alone "stop-alone",
     lens_paraxial "lens-paraxial",
     lens_aberrations "lens-aberrations",
+    lens_reciprocity "lens-reciprocity",
     sphere_caustic "sphere-caustic",
     polarisation "polarisation",
     nephroid "nephroid",
