@@ -141,7 +141,7 @@ fn invocations_take_as_many_samples_as_their_rays_allow() {
         let room = json!({"box": {"min": [-2.5, 0.5, -2.5], "max": [2.5, 3.5, 4.5]}, "material": "mirror"});
         scene_of(json!({
             "max_depth": 64,
-            "film": {"width": 128, "height": 128, "bins": 4},
+            "film": {"width": 96, "height": 96, "bins": 4},
             "materials": {"mirror": {"conductor": {"reflectance": 1.0}}},
             "shapes": if mirrors { json!([room]) } else { json!([lamp]) },
         }))

@@ -13,7 +13,7 @@ const RUNS: u64 = 12;
 /// Batches of a run, and Student's t with 15 degrees of freedom at 95 %.
 const BATCHES: u32 = 16;
 const T_95: f64 = 2.1314;
-const SIZE: u32 = 48;
+const SIZE: u32 = 40;
 const FALSE_ALARMS: f64 = 1e-3;
 
 fn diffuse() -> Scene {
