@@ -153,10 +153,10 @@ fn aberrations() -> Case {
 /// A lamp as the camera sees it out of focus, and the caustic that the same lens as a solid makes of its light where the film was.
 fn reciprocity() -> Case {
     const SIDE: usize = 24;
-    let (film_side, behind, n, r) = (0.012, 0.05, 1.5, 0.05);
+    let (film_side, behind, n, r) = (0.006, 0.05, 1.5, 0.05);
     let surfaces = json!([{"stop": true, "thickness": 0.004, "diameter": 0.01}, {"radius": r, "thickness": 0.008, "glass": n}, {"radius": -r}]);
     // Light that passes the stop outside goes outwards from there, beside the lens.
-    let lamp = json!([{"sphere": {"center": [0.012, 0, -0.4], "radius": 0.002}, "emission": {"radiance": 1}}]);
+    let lamp = json!([{"sphere": {"center": [0.006, 0, -0.4], "radius": 0.006}, "emission": {"radiance": 1}}]);
     let seen = json!({
         "film": film(SIDE as u32, SIDE as u32, 1),
         "camera": {"lens": {
@@ -199,7 +199,7 @@ fn reciprocity() -> Case {
     Case {
         id: "lens-reciprocity",
         title: "image of a lamp out of focus over the caustic of its light through the same lens: light, place in pixels, variance",
-        views: vec![View::new(seen, 1024), View { light_paths: Some(64.0), seed: 1, ..View::new(caustic, 16) }],
+        views: vec![View::new(seen, 32), View { light_paths: Some(16.0), seed: 1, ..View::new(caustic, 4) }],
         rows: vec![
             row("light", 1.0, 5e-3, |seen, caustic, axial| seen[0] * axial / caustic[0]),
             row("place", 0.0, 2e-2, |seen, caustic, _| seen[1] - caustic[1]),
