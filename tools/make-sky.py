@@ -36,7 +36,8 @@ def numbers():
     licence = open(os.path.join(FOLDER, "LICENSE")).read().split("\n\n", 2)[2].splitlines()
     head = ["The clear sky and the Sun over it, spectral",
             "source: L. Hosek, A. Wilkie. An Analytic Model for Full Spectral Sky-Dome Radiance. ACM Trans. Graph. 31(4), 2012; Adding a Solar Radiance Function to the Hosek Skylight Model. IEEE CG&A 33(3), 2013; as in PyPI mitsuba 3.9.1",
-            "units: W m^-2 sr^-1 nm^-1; wavelengths 320 to 720 nm by 40, turbidities 1 to 10, albedos 0 and 1",
+            "units: W m^-2 sr^-1 nm^-1",
+            "range: 320 to 720 nm by 40, turbidities 1 to 10, albedos 0 and 1",
             "licence: BSD 3-clause:"] + licence
     lines = [("# " + line).rstrip() for line in head]
     for name, key in [("parameters", "sky_params_spec"), ("radiance", "sky_rad_spec"), ("sun", "sun_rad_spec"), ("darkening", "sun_ld_spec")]:

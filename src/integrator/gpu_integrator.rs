@@ -192,8 +192,9 @@ impl GpuIntegrator {
         let splats = plan.light.as_ref().map(|_| summed("splats", 8 * values)).transpose()?;
         let camera_kernels: &[&str] = if has_lens { &["camera_paths.wgsl"] } else { &["camera_paths.wgsl", "update_film.wgsl"] };
         let light = || plan.light.map(|f| pass(&["light_paths.wgsl"], f, limit, 2)).transpose();
-        // Side by side; a panic of the other thread is one of this one.
-        let (camera, light) = rayon::join(|| pass(camera_kernels, plan.camera, limit, 0), || gpu.faults.guard(light));
+        let camera = || pass(camera_kernels, plan.camera, limit, 0);
+        // Side by side, by threads whose panics are not those of this one.
+        let (camera, light) = rayon::join(|| gpu.faults.guard(camera), || gpu.faults.guard(light));
         let (camera, light) = (camera?, light?);
         let uniforms = gpu.uniform("params", std::mem::size_of::<Params>() as u64);
         let counters = summed("counters", (COUNTERS * 4) as u64)?;

@@ -41,7 +41,7 @@ fn xyz(power: impl Fn(f64) -> f64, y: f64) -> [f32; 3] {
 
 /// The whole spectrum, pure and paled, at many brightnesses.
 fn spectrum(random: &mut Random) -> Vec<[f32; 3]> {
-    let (width, height) = (256, 12);
+    let (width, height) = (256, 24);
     let line = |x: usize, y: usize, white: f64| {
         let nm = 390.0 + 330.0 * x as f64 / (width - 1) as f64;
         let level = f64::exp2(10.0 * y as f64 / (height - 1) as f64 - 8.0);
@@ -57,7 +57,7 @@ fn random_spectra(random: &mut Random) -> Vec<[f32; 3]> {
         let level = f64::exp2(12.0 * random.next() - 10.0);
         xyz(|nm| bins[((nm - 380.0) / 20.0).min(19.0) as usize], level)
     };
-    (0..2048).map(|_| one()).collect()
+    (0..4096).map(|_| one()).collect()
 }
 
 /// Very dark and very bright pixels, negative ones, and what no pixel should hold.
