@@ -12,8 +12,10 @@ const EXAMPLES: &str = "Examples:
   abbe new tests/prism.json";
 
 /// Scenes to start from, which ship: their words, and their names.
-const SCENES: [(&str, &str, &str); 7] = [
+const SCENES: [(&str, &str, &str); 9] = [
     ("starter", "starter", include_str!("../../scenes/starter.json")),
+    ("prism", "prism_dark", include_str!("../../scenes/prism_dark.json")),
+    ("coffee", "coffee", include_str!("../../scenes/coffee.json")),
     ("lens", "lens", include_str!("../../scenes/lens.json")),
     ("rainbow", "rainbow", include_str!("../../scenes/rainbow.json")),
     ("singlet", "photograph", PHOTOGRAPH),
@@ -31,7 +33,7 @@ pub struct Args {
     /// Name of the scene, or its file; .json is added where it is missing
     #[arg(value_name = "NAME")]
     name: PathBuf,
-    /// The scene to start from: a prism's rainbow, rays through a lens, Descartes' globe of water, or a photograph through a lens of this kind
+    /// The scene to start from: a prism's rainbow with comments, the prism of the textbooks, the caustic in a cup, rays through a lens, Descartes' globe of water, or a photograph through a lens of this kind
     #[arg(long, value_name = "SCENE", default_value = "starter", value_parser = SCENES.map(|(word, ..)| word))]
     from: String,
 }

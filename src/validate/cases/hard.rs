@@ -174,7 +174,7 @@ fn cut_diamond(scene: &mut Scene) {
 fn diamond() -> Case {
     let materials = json!({"glass": {"dielectric": {"ior": "diamond"}}});
     let stone = json!([{"sphere": {"center": [0, 0, 0], "radius": 1}, "material": "glass"}]);
-    let mut case = furnace("diamond", "a brilliant-cut diamond in uniform light", materials, stone, 384);
+    let mut case = furnace("diamond", "a brilliant-cut diamond in uniform light", materials, stone, 144);
     case.views[0].change = Some(cut_diamond);
     case.views[0].scene["camera"] = json!({"orthographic": {"eye": [2, 4, 3], "target": [0, 0, 0], "height": 1.1}});
     case

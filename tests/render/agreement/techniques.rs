@@ -25,7 +25,7 @@ macro_rules! subsets {
 // Test, scene, samples per pixel in each batch, coarseness of the errors that count, techniques left out.
 subsets! {
     glass_without_merging, "cornell_spheres", 64, 1.0, merging;
-    a_lens_without_connections, "through_the_surfaces_of_a_lens", 144, 1.0, light_paths;
+    #[ignore = "long: in tools/soak"] a_lens_without_connections, "through_the_surfaces_of_a_lens", 144, 1.0, light_paths;
     a_lens_without_next_event_estimation, "through_the_surfaces_of_a_lens", 120, 1.6, next_event_estimation;
     glass_without_connections, "cornell_spheres", 56, 1.0, light_paths;
     glass_without_light_paths_of_any_kind, "cornell_spheres", 56, 1.0, light_paths, merging;
