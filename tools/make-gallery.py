@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+"""Renders scenes/pictures/NAME.jpg and prints the table of scenes/README.md: tools/make-gallery.py ABBE [NAME ...]
+
+ABBE is the command. `pip install pillow`. The pictures are the denoised ones that `abbe render --denoise` writes.
+"""
+
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+from PIL import Image
+
+SCENES = pathlib.Path(__file__).parent.parent / "scenes"
+# Size, and seconds of rendering.
+PICTURES = {
+    "lens": ("960x540", 240),
+    "prism_dark": ("800x450", 70),
+    "coffee": ("640x480", 60),
+    "rainbow": ("640x480", 50),
+    "gem": ("512x512", 60),
+    "bunny_light": ("512x512", 50),
+    "prism": ("512x512", 50),
+    "newton": ("640x480", 50),
+    "fog": ("512x512", 50),
+    "barrel": ("512x512", 50),
+    "cornell_spheres": ("512x512", 35),
+    "cornell_spheres_dispersed": ("512x512", 35),
+    "nephroid": ("512x512", 25),
+}
+
+
+def samples(abbe, file):
+    return json.loads(subprocess.run([abbe, "info", "--json", file], check=True, capture_output=True, text=True).stdout)["abbe.samples"]
+
+
+def main():
+    abbe, *names = sys.argv[1:]
+    with tempfile.TemporaryDirectory() as folder:
+        for name in names or PICTURES:
+            size, seconds = PICTURES[name]
+            options = ["--size", size, "--time", f"{seconds}s", "--denoise"]
+            exr = f"{folder}/{name}.exr"
+            subprocess.run([abbe, "render", SCENES / f"{name}.json", *options, "--quiet", "-o", exr], check=True)
+            picture = Image.open(f"{folder}/{name}.denoised.png").convert("RGB")
+            picture.save(SCENES / f"pictures/{name}.jpg", quality=90, optimize=True)
+            print(f"| `{name}` | `{' '.join(options)}` | {samples(abbe, exr)} |", flush=True)
+
+
+main()
