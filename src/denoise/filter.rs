@@ -3,7 +3,7 @@
 
 use super::kernel::{Feature, Guide, Halves, Kernel};
 use super::planes::{Size, box_mean, mean, plane};
-use super::select::{self, Raw};
+use super::select::{self, Comparison, Raw};
 
 /// Guides that the bins are taken together to, at most.
 const MOST_GUIDES: usize = 10;
@@ -13,9 +13,10 @@ const SPECTRAL_WIDTHS: [f32; 3] = [0.5, 1.0, 3.0];
 /// Pixels to every side of a patch: of light, and of spectra, whose guides are means over 3 x 3 pixels.
 const LIGHT_PATCH: usize = 2;
 const SPECTRAL_PATCH: usize = 1;
-/// Pixels to every side over which candidates are compared: light, of which one value says less, and spectra.
-const LIGHT_RADIUS: usize = 2;
-const SPECTRAL_RADIUS: usize = 1;
+/// How candidates are compared: light, of which one value says less, and spectra. Of light without `wide` patches keep their grain, and with a greater factor
+/// single glints are lost.
+const LIGHT: Comparison = Comparison { radius: 2, wide: 6, factor: 1.0 };
+const SPECTRA: Comparison = Comparison { radius: 1, wide: 1, factor: 1.25 };
 /// What spectra are relative to is not less than this part of its mean.
 const LEAST_LIGHT: f32 = 0.01;
 /// Luminance of spectra is changed by this factor at most.
@@ -69,7 +70,7 @@ impl Noisy {
         let kernel = Kernel { size, guides: std::slice::from_ref(&guide), features, patch: LIGHT_PATCH, widths: &LIGHT_WIDTHS };
         let candidates = kernel.filter(&guide.halves, 1);
         let raw = Raw { mean, half, channels: 1 };
-        select::blend(size, raw, &candidates, &select::shares(size, raw, &candidates, 1, LIGHT_RADIUS))
+        select::blend(size, raw, &candidates, &select::shares(size, raw, &candidates, 1, LIGHT))
     }
 
     /// Spectra relative to `light`, as guides.
@@ -129,7 +130,7 @@ impl Noisy {
                 });
             }
         }
-        let shares = select::shares(size, raw, &candidates, bins, SPECTRAL_RADIUS);
+        let shares = select::shares(size, raw, &candidates, bins, SPECTRA);
         let mut filtered = select::blend(size, raw, &candidates, &shares);
         for (filtered, luminance) in filtered.iter_mut().zip(&luminance) {
             let least = 1e-3 * mean(luminance) + f32::MIN_POSITIVE;

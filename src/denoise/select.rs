@@ -17,9 +17,16 @@ const NOISE_RADIUS: usize = 4;
 /// several looks better than it is: squared errors are larger than the halves say by this factor, so that two errors cover nine tenths of the pixels, of
 /// noise that is known as of renders.
 const WEIGHTS_KNOW: f32 = 2.0;
-/// What is not filtered is taken where the estimates say that it is better by more than this: they vary, and the least of several is the least by chance
-/// where all are noisy. At 1 patches of even light keep their grain; at 4 single glints are lost.
-const RAW_COUNTS: f32 = 1.5;
+/// Where candidates are compared, and what it takes not to be filtered: estimates vary, and the least of several is the least by chance where all are noisy.
+#[derive(Debug, Clone, Copy)]
+pub struct Comparison {
+    /// Pixels to every side over which estimates are averaged.
+    pub radius: usize,
+    /// Pixels to every side over which what is not filtered must be the best, too: where light is found rarely, a patch that found none looks dark for sure.
+    pub wide: usize,
+    /// What is not filtered must be better by more than this factor.
+    pub factor: f32,
+}
 
 /// Values of one channel: means of both halves and half their difference.
 #[derive(Debug, Clone, Copy)]
@@ -47,8 +54,8 @@ fn product([fa, fb]: [f32; 2], [a, b]: [f32; 2]) -> f32 {
 }
 
 /// For each of the `candidates`, the raw halves being the first, shares of pixels that blend them: those with the least mean squared errors of the first
-/// `compared` channels relative to their square (and to a hundredth of the mean's), averaged over `radius` pixels to every side.
-pub fn shares(size: Size, raw: Raw<'_>, candidates: &[Halves], compared: usize, radius: usize) -> Vec<Vec<f32>> {
+/// `compared` channels relative to their square (and to a hundredth of the mean's), compared as `comparison` has it.
+pub fn shares(size: Size, raw: Raw<'_>, candidates: &[Halves], compared: usize, comparison: Comparison) -> Vec<Vec<f32>> {
     let channels = raw.channels;
     let mut errors = vec![vec![0.0; size.pixels()]; candidates.len() + 1];
     for c in 0..compared {
@@ -61,7 +68,7 @@ pub fn shares(size: Size, raw: Raw<'_>, candidates: &[Halves], compared: usize, 
             let error = |p: usize| {
                 let (at, raw) = (p * channels + c, raw.halves(p * channels + c));
                 match i.checked_sub(1) {
-                    None => RAW_COUNTS * noise(raw),
+                    None => comparison.factor * noise(raw),
                     Some(i) => {
                         let filtered = [candidates[i][0][at], candidates[i][1][at]];
                         noise(filtered) + product(filtered, raw)
@@ -71,10 +78,17 @@ pub fn shares(size: Size, raw: Raw<'_>, candidates: &[Halves], compared: usize, 
             errors.iter_mut().zip(plane(size, |p| scale[p] * error(p))).for_each(|(sum, error)| *sum += error);
         }
     }
-    let errors: Vec<Vec<f32>> = errors.iter().map(|errors| box_mean(errors, size, radius)).collect();
-    let best = |p: usize| (0..errors.len()).min_by(|&a, &b| errors[a][p].total_cmp(&errors[b][p]));
+    let around = |radius: usize| errors.iter().map(|errors| box_mean(errors, size, radius)).collect::<Vec<Vec<f32>>>();
+    let (near, wide) = (around(comparison.radius), around(comparison.wide));
+    let least =
+        |errors: &[Vec<f32>], p: usize, from: usize| (from..errors.len()).min_by(|&a, &b| errors[a][p].total_cmp(&errors[b][p]));
+    let best = |p: usize| match (least(&near, p, 0), least(&wide, p, 0)) {
+        (Some(0), Some(0)) => Some(0),
+        _ => least(&near, p, 1),
+    };
+    let errors = near.len();
     // Without edges between them.
-    (0..errors.len()).map(|i| box_mean(&plane(size, |p| f32::from(u8::from(best(p) == Some(i)))), size, 1)).collect()
+    (0..errors).map(|i| box_mean(&plane(size, |p| f32::from(u8::from(best(p) == Some(i)))), size, 1)).collect()
 }
 
 /// The raw halves and `candidates`, blended.
