@@ -15,6 +15,8 @@ pub mod filter;
 pub mod kernel;
 pub mod planes;
 pub mod select;
+#[cfg(test)]
+mod tests;
 
 use crate::color::cie::xyz_of_unit;
 use crate::color::convert::linear_srgb_of_xyz;

@@ -137,7 +137,13 @@ fn thin_caustics_and_rainbows_stay() {
     // A bright line of one pixel, and a thin rainbow whose every column has one bin.
     let caustic = |x: usize, y: usize, c: usize| match (x, y) {
         (x, _) if x == 10 => 8.0,
-        (22..=26, 4..) => if c == x - 22 || c > 4 { 3.0 } else { 0.1 },
+        (22..=26, 4..) => {
+            if c == x - 22 || c > 4 {
+                3.0
+            } else {
+                0.1
+            }
+        }
         _ => 0.5,
     };
     let (noisy, truth) = picture(5, &caustic, 0.2, Shared::Nothing);
