@@ -16,7 +16,7 @@ const NOISE_RADIUS: usize = 4;
 /// The weights for one half know the noise of the other, so that what is filtered of the two is more alike than chance would have it, and the best of
 /// several looks better than it is: squared errors are larger than the halves say by this factor, so that two errors cover nine tenths of the pixels, of
 /// noise that is known as of renders.
-const WEIGHTS_KNOW: f32 = 2.8;
+const WEIGHTS_KNOW: f32 = 2.0;
 /// Where candidates are compared, and what it takes not to be filtered: estimates vary, and the least of several is the least by chance where all are noisy.
 #[derive(Debug, Clone, Copy)]
 pub struct Comparison {
