@@ -81,7 +81,7 @@ fn coverage(filtered: &Filtered, truth: &[f32]) -> f32 {
 /// Soft shapes in two colours.
 fn soft(x: usize, y: usize, c: usize) -> f32 {
     let (x, y) = (x as f32 / 40.0, y as f32 / 32.0);
-    (0.3 + x + 0.3 * (5.0 * y).sin()) * if c % 2 == 0 { 1.0 } else { 0.4 + 0.3 * x }
+    (0.3 + x + 0.3 * (5.0 * y).sin()) * if c.is_multiple_of(2) { 1.0 } else { 0.4 + 0.3 * x }
 }
 
 #[test]
@@ -143,7 +143,7 @@ fn no_colour_is_invented_where_two_lights_meet() {
 fn thin_caustics_and_rainbows_stay() {
     // A bright line of one pixel, and a thin rainbow whose every column has one bin.
     let caustic = |x: usize, y: usize, c: usize| match (x, y) {
-        (x, _) if x == 10 => 8.0,
+        (10, _) => 8.0,
         (22..=26, 4..) => {
             if c == x - 22 || c > 4 {
                 3.0
