@@ -10,13 +10,14 @@
 use super::kernel::Halves;
 use super::planes::{Size, box_mean, mean, plane};
 
-/// Pixels to every side over which estimates of bias and of noise are averaged for the errors that are told.
-const BIAS_RADIUS: usize = 3;
-const NOISE_RADIUS: usize = 4;
+/// Pixels to every side over which estimates of bias and of noise are averaged for the errors that are told. Smaller squares leave more pixels uncovered:
+/// an estimate of bias varies as the noise of what is not filtered.
+const ERROR_RADIUS: usize = 8;
 /// The weights for one half know the noise of the other, so that what is filtered of the two is more alike than chance would have it, and the best of
 /// several looks better than it is: squared errors are larger than the halves say by this factor, so that two errors cover nine tenths of the pixels, of
 /// noise that is known as of renders.
-const WEIGHTS_KNOW: f32 = 2.0;
+const WEIGHTS_KNOW: f32 = 3.0;
+
 /// Where candidates are compared, and what it takes not to be filtered: estimates vary, and the least of several is the least by chance where all are noisy.
 #[derive(Debug, Clone, Copy)]
 pub struct Comparison {
@@ -86,9 +87,8 @@ pub fn shares(size: Size, raw: Raw<'_>, candidates: &[Halves], compared: usize, 
         (Some(0), Some(0)) => Some(0),
         _ => least(&near, p, 1),
     };
-    let errors = near.len();
     // Without edges between them.
-    (0..errors).map(|i| box_mean(&plane(size, |p| f32::from(u8::from(best(p) == Some(i)))), size, 1)).collect()
+    (0..errors.len()).map(|i| box_mean(&plane(size, |p| f32::from(u8::from(best(p) == Some(i)))), size, 1)).collect()
 }
 
 /// The raw halves and `candidates`, blended.
@@ -109,8 +109,8 @@ pub fn errors(size: Size, raw: Raw<'_>, filtered: &Halves) -> Vec<f32> {
     for c in 0..raw.channels {
         let at = |p: usize| p * raw.channels + c;
         let of = |p: usize| [filtered[0][at(p)], filtered[1][at(p)]];
-        let noise = box_mean(&plane(size, |p| noise(of(p))), size, NOISE_RADIUS);
-        let bias = box_mean(&plane(size, |p| product(of(p), raw.halves(at(p)))), size, BIAS_RADIUS);
+        let noise = box_mean(&plane(size, |p| noise(of(p))), size, ERROR_RADIUS);
+        let bias = box_mean(&plane(size, |p| product(of(p), raw.halves(at(p)))), size, ERROR_RADIUS);
         for (p, (noise, bias)) in noise.iter().zip(&bias).enumerate() {
             errors[at(p)] = (WEIGHTS_KNOW * (noise + bias.max(0.0))).sqrt();
         }
