@@ -1,12 +1,15 @@
 //! `abbe render`: from a scene file to a spectral EXR and a picture.
 
+mod report;
+mod request;
+
 use super::check::unfound;
 use super::checkpoint::{self, CheckpointArgs, Keeper};
 use super::disk::{self, Sizes};
 use super::load::{CropArgs, MemoryArgs, Overrides};
 use super::picture::PictureArgs;
 use super::preview::{Preview, PreviewArgs};
-use super::print::{self, duration, note, out, percent, si};
+use super::print::{self, note, out};
 use super::progress::{Bar, Log, Stages};
 use super::sequence::{Sequence, SequenceArgs};
 use super::{Done, Outcome, denoise, device, interrupt, sequence, values};
@@ -21,9 +24,9 @@ use crate::output::exr::Aovs;
 use crate::output::picture::Precision;
 use crate::output::{Provenance, SpectralImage, check_writable, picture_exposure, write_exr, write_picture};
 use crate::render::{Checkpointable, Ended, Rendering, Share, Stop, Summary};
-use crate::scene::{FilmSettings, Scene, Setting, Tile, advice_before_rendering};
+use crate::scene::{FilmSettings, Scene, advice_before_rendering};
 use clap::ValueEnum;
-use serde_json::{Value, json};
+use report::Report;
 use std::io::{IsTerminal, stderr};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -132,106 +135,8 @@ impl From<StopArgs> for Stop {
 }
 
 impl Args {
-    /// What another process needs to know to go on with this render.
-    fn request(&self, scene: &Path, exposure: Option<f64>) -> Value {
-        let mut request = self.options();
-        request["scene"] = std::path::absolute(scene).unwrap_or_else(|_| scene.to_path_buf()).to_string_lossy().into();
-        request["device"] = json!(self.device);
-        request["share"] = json!(self.checkpoint.share.map(|share| [share.number, share.of]));
-        request["exposure"] = json!(exposure);
-        request
-    }
-
-    /// What was asked for, wherever it is rendered.
-    fn options(&self) -> Value {
-        let Overrides { size, crop, channels, max_depth, settings, frame, frames_per_second, allow_outside, solid_glass, studio } =
-            &self.overrides;
-        json!({
-            "size": size.map(|(w, h)| [w, h]),
-            "crop": crop.map(|part| [part.x, part.y, part.width, part.height]),
-            "channels": channels,
-            "max_depth": max_depth,
-            "set": settings.iter().map(Setting::text).collect::<Vec<_>>(),
-            "frame": frame,
-            "frames_per_second": frames_per_second,
-            "allow_outside": allow_outside,
-            "solid_glass": solid_glass,
-            "studio": studio,
-            "seed": self.seed,
-            "techniques": self.techniques.json(),
-            "aov": self.aov.iter().filter_map(|aov| Some(aov.to_possible_value()?.get_name().to_string())).collect::<Vec<_>>(),
-            "denoise": self.denoise,
-            "picture": self.picture.json(),
-            "spp": self.stop.spp,
-            "seconds": self.stop.time.map(|t| t.as_secs_f64()),
-            "error": self.stop.error,
-        })
-    }
-
     fn wants(&self, aov: Aov) -> bool {
         self.denoise || self.aov.contains(&aov) || self.aov.contains(&Aov::Denoise)
-    }
-
-    /// The same, and where no scene is named what the render to go on with was asked for.
-    fn completed(&self) -> Result<Args> {
-        let mut args = self.clone();
-        args.overrides.crop = self.crop.crop;
-        let Some(resume) = &self.checkpoint.resume else { return Ok(args) };
-        match resume {
-            // `--resume scene.json` names the scene.
-            Some(path) if args.path.is_none() && !is_exr(path) && checkpoint::beside(path) != *path => {
-                args.path = Some(path.clone())
-            }
-            Some(path) => args.output = Some(path.with_extension("exr")),
-            None => {}
-        }
-        if args.path.is_some() {
-            return Ok(args);
-        }
-        let Some(exr) = &args.output else {
-            return Err(Error::usage("--resume alone names no render", "name the scene, or the output as in --resume out.exr"));
-        };
-        let request = checkpoint::request_of(exr)?;
-        let number = |name: &str| request[name].as_u64().and_then(|n| u32::try_from(n).ok());
-        let flag = |name: &str| request[name].as_bool().unwrap_or(false);
-        let numbers = |name: &str| -> Option<Vec<u32>> {
-            request[name].as_array()?.iter().map(|n| u32::try_from(n.as_u64()?).ok()).collect()
-        };
-        let pair = |name: &str| numbers(name)?.try_into().ok().map(|[a, b]: [u32; 2]| (a, b));
-        let texts = |name: &str| request[name].as_array().into_iter().flatten().filter_map(Value::as_str);
-        args.path = request["scene"].as_str().map(PathBuf::from);
-        args.overrides = Overrides {
-            size: pair("size"),
-            crop: numbers("crop").and_then(|all| all.try_into().ok()).map(|[x, y, width, height]: [u32; 4]| Tile {
-                x,
-                y,
-                width,
-                height,
-            }),
-            channels: number("channels"),
-            max_depth: number("max_depth"),
-            settings: texts("set").filter_map(|text| Setting::parse(text).ok()).collect(),
-            frame: number("frame"),
-            frames_per_second: request["frames_per_second"].as_f64(),
-            allow_outside: flag("allow_outside"),
-            solid_glass: flag("solid_glass"),
-            studio: flag("studio"),
-        };
-        args.checkpoint.share = pair("share").and_then(|(number, of)| Share::new(number, of));
-        args.denoise |= flag("denoise");
-        args.picture = self.picture.or_json(&request["picture"]);
-        args.exposure = request["exposure"].as_f64();
-        args.seed = request["seed"].as_u64().unwrap_or(0);
-        args.techniques = device::TechniqueArgs::of_json(&request["techniques"]);
-        args.device = args.device.or_else(|| request["device"].as_str().map(str::to_string));
-        if args.aov.is_empty() {
-            args.aov = texts("aov").filter_map(|name| Aov::from_str(name, false).ok()).collect();
-        }
-        if let StopArgs { spp: None, time: None, error: None } = args.stop {
-            let time = request["seconds"].as_f64().and_then(|s| Duration::try_from_secs_f64(s).ok());
-            args.stop = StopArgs { spp: number("spp"), time, error: request["error"].as_f64() };
-        }
-        Ok(args)
     }
 }
 
@@ -532,113 +437,4 @@ pub fn png_beside(exr: &Path) -> Result<PathBuf> {
         return Err(Error::usage(problem, "name the spectral EXR to write; the .png goes beside it"));
     }
     Ok(exr.with_extension("png"))
-}
-
-/// What is said at the end.
-struct Report<'a> {
-    scene: &'a Scene,
-    film: &'a Film,
-    warnings: &'a [String],
-    summary: &'a Summary,
-    device: &'a device::Device,
-    setup: Duration,
-    exr: Option<&'a Path>,
-    png: Option<&'a Path>,
-    denoised: &'a [PathBuf],
-    frame: Option<u32>,
-    /// The plan was told with a frame before.
-    is_brief: bool,
-    share: Option<PathBuf>,
-}
-
-impl Report<'_> {
-    /// Total flux of an irradiance sensor: W and lm.
-    fn flux(&self) -> Option<(f64, f64)> {
-        let flux = self.film.total_flux(self.scene.sensor.area()?);
-        let (bins, xyz) = flux.split_at(self.film.bins());
-        Some((bins.iter().sum::<f64>() * self.scene.film.bins.width_nm(), xyz[1]))
-    }
-
-    fn text(&self) -> String {
-        let (p, device) = (&self.summary.progress, self.device);
-        let mut lines = Vec::new();
-        if !self.is_brief {
-            lines.push(device.integrator.describe().trim_end().to_string());
-        }
-        let frame = self.frame.map_or(String::new(), |frame| format!(", frame {frame}"));
-        let ended = match self.summary.ended {
-            Ended::Interrupted => ", interrupted",
-            Ended::Samples | Ended::Time | Ended::Error => "",
-        };
-        let (setup, elapsed) = (duration(self.setup.as_secs_f64()), duration(p.elapsed.as_secs_f64()));
-        let samples = match (p.spp, self.film.most_samples_per_pixel()) {
-            (1, 1) => "1 sample".to_string(),
-            (least, most) if most > least => format!("{least} to {most} samples"),
-            (spp, _) => format!("{spp} samples"),
-        };
-        lines.push(format!("{}{frame}: {samples} per pixel in {elapsed}{ended}; set-up {setup}", self.scene.name));
-        lines.push(format!("on {}: {}rays, {}rays/s", device.name, si(p.stats.rays as f64), si(p.rays_per_second)));
-        lines.push(match self.summary.batches {
-            0 => "no batch of this share is among these samples".to_string(),
-            1 => "estimated relative error: not known from one batch".to_string(),
-            n => format!("estimated relative error {} from {n} batches", percent(p.relative_error)),
-        });
-        lines.push(format!(
-            "dropped samples: {} not finite, {} negative, {} too large, {} in too many overlapping volumes, {} ended by the driver; paths cut at depth {}: {} of {}",
-            p.stats.dropped_not_finite,
-            p.stats.dropped_negative,
-            p.stats.dropped_saturated,
-            p.stats.dropped_crowded,
-            p.stats.unfinished,
-            self.scene.max_depth,
-            p.stats.truncated,
-            p.stats.paths + p.stats.light_paths
-        ));
-        if let Some((watts, lumens)) = self.flux() {
-            lines.push(format!("total flux {watts:.6e} W, {lumens:.6e} lm"));
-        }
-        let files =
-            [self.exr, self.png, self.share.as_deref()].into_iter().flatten().chain(self.denoised.iter().map(PathBuf::as_path));
-        lines.push(format!("wrote {}", files.map(|path| path.display().to_string()).collect::<Vec<_>>().join(" and ")));
-        lines.join("\n")
-    }
-
-    fn json(&self) -> Value {
-        let p = &self.summary.progress;
-        let ended = match self.summary.ended {
-            Ended::Samples => "samples",
-            Ended::Time => "time",
-            Ended::Error => "error",
-            Ended::Interrupted => "interrupted",
-        };
-        json!({
-            "scene": self.scene.name,
-            "frame": self.frame,
-            "device": self.device.name,
-            "exr": self.exr.map(Path::to_string_lossy),
-            "png": self.png.map(Path::to_string_lossy),
-            "denoised": self.denoised.iter().map(|path| path.to_string_lossy()).collect::<Vec<_>>(),
-            "share": self.share.as_deref().map(Path::to_string_lossy),
-            "width": self.scene.film.width,
-            "height": self.scene.film.height,
-            "crop": self.scene.film.crop.map(|part| [part.x, part.y, part.width, part.height]),
-            "bins": self.scene.film.bins.count,
-            "samples_per_pixel": p.spp,
-            "batches": self.summary.batches,
-            "ended": ended,
-            "setup_seconds": self.setup.as_secs_f64(),
-            "seconds": p.elapsed.as_secs_f64(),
-            "paths": p.stats.paths,
-            "light_paths": p.stats.light_paths,
-            "rays": p.stats.rays,
-            "rays_per_second": p.rays_per_second,
-            "relative_error": p.relative_error.is_finite().then_some(p.relative_error),
-            "dropped": {"not_finite": p.stats.dropped_not_finite, "negative": p.stats.dropped_negative, "saturated": p.stats.dropped_saturated, "crowded": p.stats.dropped_crowded, "unfinished": p.stats.unfinished},
-            "truncated": p.stats.truncated,
-            "total_flux": self.flux().map(|(watts, lumens)| json!({"watts": watts, "lumens": lumens})),
-            "plan": self.device.integrator.describe().lines().collect::<Vec<_>>(),
-            "notes": self.scene.notes,
-            "warnings": self.warnings,
-        })
-    }
 }

@@ -7,7 +7,7 @@ use super::{Done, Outcome, interrupt, values};
 use crate::develop::picture::Exposure;
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::output::{read_attributes, write_text};
+use crate::output::{read_attributes, scene_hash, write_text};
 use crate::scene::{LAST_FRAME, Scene};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -225,11 +225,6 @@ impl Sequence {
         let kept = json!({"stops": stops, "asked": asked.to_string(), "frame": options["frame"], "sceneHash": scene_hash(scene)});
         write_text(&self.exposure_file, &format!("{kept}\n"))
     }
-}
-
-/// As the files of a render have it.
-pub fn scene_hash(scene: &Scene) -> String {
-    format!("fnv1a64:{:016x}", scene.source_hash)
 }
 
 #[cfg(test)]

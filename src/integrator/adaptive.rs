@@ -178,7 +178,6 @@ fn rates([a, b]: &[Vec<f64>; 2]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Filter, WavelengthSampling};
 
     #[test]
     fn rates_go_with_deviations_as_far_as_both_halves_agree_on_them() {
@@ -205,15 +204,7 @@ mod tests {
 
     #[test]
     fn a_block_of_noise_has_more_samples_from_the_sixth_batch_on() {
-        let settings = FilmSettings {
-            width: 16,
-            height: 20,
-            crop: None,
-            bins: Bins { count: 2, min_nm: 400.0, max_nm: 700.0 },
-            filter: Filter::Box,
-            sampling: WavelengthSampling::Continuous,
-            exposure: None,
-        };
+        let settings = FilmSettings::new(16, 20, Bins { count: 2, min_nm: 400.0, max_nm: 700.0 });
         let (mut adaptive, mut film) = (Adaptive::new(&settings), Film::new(&settings));
         let tiles = [Tile { x: 0, y: 0, width: 16, height: 8 }, Tile { x: 0, y: 8, width: 16, height: 12 }];
         let all = |adaptive: &Adaptive| tiles.map(|tile| adaptive.rates(tile, 4)).concat();

@@ -10,7 +10,7 @@ use crate::develop::picture::Exposure;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::render::Rendering;
-use crate::scene::{Bins, FilmSettings, Filter, Tile, WavelengthSampling};
+use crate::scene::{Bins, FilmSettings, Tile};
 use crate::state::{Persistent, State};
 use serde_json::Value;
 use std::fs::File;
@@ -182,17 +182,11 @@ fn crop(picture: &Value) -> Option<Tile> {
 /// Those of the film that a header describes.
 fn film_settings(picture: &Value) -> FilmSettings {
     let number = |name: &str| picture[name].as_u64().and_then(|n| u32::try_from(n).ok()).unwrap_or(1).max(1);
-    FilmSettings {
-        width: number("width"),
-        height: number("height"),
-        crop: crop(picture),
-        bins: Bins {
-            count: number("bins"),
-            min_nm: picture["min_nm"].as_f64().unwrap_or(380.0),
-            max_nm: picture["max_nm"].as_f64().unwrap_or(780.0),
-        },
-        filter: Filter::Box,
-        sampling: WavelengthSampling::Continuous,
-        exposure: picture["exposure"].as_f64(),
-    }
+    let bins = Bins {
+        count: number("bins"),
+        min_nm: picture["min_nm"].as_f64().unwrap_or(380.0),
+        max_nm: picture["max_nm"].as_f64().unwrap_or(780.0),
+    };
+    let whole = FilmSettings::new(number("width"), number("height"), bins);
+    FilmSettings { crop: crop(picture), exposure: picture["exposure"].as_f64(), ..whole }
 }

@@ -79,7 +79,7 @@ impl Provenance {
     pub fn of(scene: &Scene, rendering: &Rendering, device: String, merging: bool, seed: u64, techniques: String) -> Self {
         Provenance {
             scene: scene.name.clone(),
-            scene_hash: format!("fnv1a64:{:016x}", scene.source_hash),
+            scene_hash: scene_hash(scene),
             max_depth: scene.max_depth,
             device,
             seed,
@@ -93,6 +93,11 @@ impl Provenance {
             ..Provenance::default()
         }
     }
+}
+
+/// What `abbe.sceneHash` says of a scene: the hash of its files' content.
+pub fn scene_hash(scene: &Scene) -> String {
+    format!("fnv1a64:{:016x}", scene.source_hash)
 }
 
 /// Which extra channels a file gets; none unless asked for.

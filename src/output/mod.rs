@@ -11,7 +11,7 @@ pub mod picture;
 
 pub use crate::channels::{Band, Bands, Quantity, open_plain};
 pub use checkpoint::{Checkpoint, write_checkpoint};
-pub use exr::{Provenance, Window, write_exr};
+pub use exr::{Provenance, Window, scene_hash, write_exr};
 pub use exr_image::write_image;
 pub use exr_merge::{Merged, merge_exrs};
 pub use exr_read::{SpectralImage, read_attributes};

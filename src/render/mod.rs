@@ -445,7 +445,7 @@ pub fn render_blocks(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Bins, Filter, WavelengthSampling};
+    use crate::scene::Bins;
 
     /// Its first batches are done at once, and one takes for ever.
     struct Endless {
@@ -473,8 +473,7 @@ mod tests {
     #[test]
     fn a_batch_that_takes_longer_than_there_is_time_is_cut() {
         let bins = Bins { count: 1, min_nm: 400.0, max_nm: 700.0 };
-        let (filter, sampling) = (Filter::Box, WavelengthSampling::Continuous);
-        let settings = FilmSettings { width: 1, height: 1, crop: None, bins, filter, sampling, exposure: None };
+        let settings = FilmSettings::new(1, 1, bins);
         let mut rendering = Rendering::new(Film::new(&settings));
         let mut endless = Endless { quick: 3, halt: Halt::default() };
         let stop = Stop { time: Some(Duration::from_millis(200)), ..Stop::default() };
@@ -491,8 +490,7 @@ mod tests {
     #[test]
     fn a_state_that_no_render_can_reach_is_an_error() {
         let bins = Bins { count: 1, min_nm: 400.0, max_nm: 700.0 };
-        let (filter, sampling) = (Filter::Box, WavelengthSampling::Continuous);
-        let settings = FilmSettings { width: 1, height: 1, crop: None, bins, filter, sampling, exposure: None };
+        let settings = FilmSettings::new(1, 1, bins);
         let restored = |change: &dyn Fn(&mut Rendering)| {
             let mut rendering = Rendering::new(Film::new(&settings));
             change(&mut rendering);

@@ -56,6 +56,19 @@ pub struct FilmSettings {
 }
 
 impl FilmSettings {
+    /// Of a whole picture: a box filter, continuous wavelengths, the exposure chosen from the picture.
+    pub fn new(width: u32, height: u32, bins: Bins) -> Self {
+        FilmSettings {
+            width,
+            height,
+            crop: None,
+            bins,
+            filter: Filter::Box,
+            sampling: WavelengthSampling::Continuous,
+            exposure: None,
+        }
+    }
+
     /// The pixels that are rendered and kept, as in pbrt's film.
     pub fn pixel_bounds(&self) -> Tile {
         self.crop.unwrap_or(Tile { x: 0, y: 0, width: self.width, height: self.height })

@@ -6,7 +6,7 @@ use crate::sweep;
 use abbe::film::Film;
 use abbe::output::{SpectralImage, write_checkpoint};
 use abbe::render::Rendering;
-use abbe::scene::{Bins, FilmSettings, Filter, WavelengthSampling};
+use abbe::scene::{Bins, FilmSettings};
 use serde_json::Value;
 use std::io::Write;
 use std::path::PathBuf;
@@ -96,8 +96,7 @@ fn a_checkpoint_costs_little_more_than_its_bytes_on_the_disk() {
     // As the build is on: a folder of temporary files may be memory.
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
     let bins = Bins { count: 20, min_nm: 380.0, max_nm: 780.0 };
-    let (filter, sampling) = (Filter::Box, WavelengthSampling::Continuous);
-    let settings = FilmSettings { width: 1920, height: 1080, crop: None, bins, filter, sampling, exposure: None };
+    let settings = FilmSettings::new(1920, 1080, bins);
     let mut rendering = Rendering::new(Film::new(&settings));
     let (checkpoint, plain) = (folder.join("cost.checkpoint"), folder.join("cost.plain"));
     let seconds = |write: &mut dyn FnMut()| {

@@ -5,7 +5,7 @@ use abbe::film::Film;
 use abbe::output::exr::{Aovs, channel_name};
 use abbe::output::picture::Precision;
 use abbe::output::{Provenance, Quantity, SpectralImage, check_writable, replace_file, write_exr, write_picture};
-use abbe::scene::{Bins, FilmSettings, Filter, WavelengthSampling};
+use abbe::scene::{Bins, FilmSettings};
 use abbe::stats::BatchStats;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -36,15 +36,7 @@ impl Drop for Folder {
 
 fn film(width: u32, height: u32, count: u32) -> Film {
     let bins = Bins { min_nm: 380.0, max_nm: 780.0, count };
-    let settings = FilmSettings {
-        width,
-        height,
-        crop: None,
-        bins,
-        filter: Filter::Box,
-        sampling: WavelengthSampling::Continuous,
-        exposure: None,
-    };
+    let settings = FilmSettings::new(width, height, bins);
     let mut film = Film::new(&settings);
     let values = film.pixels() * film.channels();
     for batch in 0..2 {

@@ -3,7 +3,7 @@
 use abbe::film::Film;
 use abbe::output::exr::Aovs;
 use abbe::output::{Provenance, write_exr};
-use abbe::scene::{Bins, FilmSettings, Filter, WavelengthSampling};
+use abbe::scene::{Bins, FilmSettings};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
@@ -74,15 +74,7 @@ pub fn fails(folder: &Folder, arguments: &[&str], says: &[&str]) {
 /// some batches, where channels are the bins and then X, Y, Z.
 pub fn write_film(path: &Path, (width, height, bins): (u32, u32, u32), batches: &[&dyn Fn(usize, usize) -> f64]) {
     let bins = Bins { min_nm: 380.0, max_nm: 780.0, count: bins };
-    let settings = FilmSettings {
-        width,
-        height,
-        crop: None,
-        bins,
-        filter: Filter::Box,
-        sampling: WavelengthSampling::Continuous,
-        exposure: None,
-    };
+    let settings = FilmSettings::new(width, height, bins);
     let mut film = Film::new(&settings);
     let (pixels, channels) = (film.pixels(), film.channels());
     for batch in batches {

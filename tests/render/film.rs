@@ -2,19 +2,10 @@
 
 use crate::random::Random;
 use abbe::film::{Film, Tile};
-use abbe::scene::{Bins, FilmSettings, Filter, WavelengthSampling};
+use abbe::scene::{Bins, FilmSettings};
 
 fn settings(width: u32, height: u32, bins: u32) -> FilmSettings {
-    let bins = Bins { min_nm: 380.0, max_nm: 780.0, count: bins };
-    FilmSettings {
-        width,
-        height,
-        crop: None,
-        bins,
-        filter: Filter::Box,
-        sampling: WavelengthSampling::Continuous,
-        exposure: None,
-    }
+    FilmSettings::new(width, height, Bins { min_nm: 380.0, max_nm: 780.0, count: bins })
 }
 
 fn close(a: f64, b: f64, tolerance: f64, what: &str) {

@@ -2,23 +2,14 @@
 
 use abbe::film::Film;
 use abbe::render::{Batch, Ended, Integrator, Progress, Rendering, Share, Stop};
-use abbe::scene::{Bins, FilmSettings, Filter, WavelengthSampling};
+use abbe::scene::{Bins, FilmSettings};
 use abbe::stats::BatchStats;
 use abbe::{Error, Result};
 use std::ops::ControlFlow;
 use std::time::Duration;
 
 fn film(width: u32) -> Film {
-    let bins = Bins { min_nm: 380.0, max_nm: 780.0, count: 1 };
-    Film::new(&FilmSettings {
-        width,
-        height: width,
-        crop: None,
-        bins,
-        filter: Filter::Box,
-        sampling: WavelengthSampling::Continuous,
-        exposure: None,
-    })
+    Film::new(&FilmSettings::new(width, width, Bins { min_nm: 380.0, max_nm: 780.0, count: 1 }))
 }
 
 /// Notes what it is asked for; odd batches are `noise` brighter than even ones; fails at batch `fails_at`.

@@ -31,15 +31,7 @@ pub fn solid(name: &str, n: f64, priority: u8) -> Interior {
 pub fn scene(width: u32, height: u32, count: u32, sensor: Sensor) -> Scene {
     Scene {
         name: "test".into(),
-        film: FilmSettings {
-            width,
-            height,
-            crop: None,
-            bins: Bins { min_nm: 400.0, max_nm: 700.0, count },
-            filter: Filter::Box,
-            sampling: WavelengthSampling::Continuous,
-            exposure: None,
-        },
+        film: FilmSettings::new(width, height, Bins { min_nm: 400.0, max_nm: 700.0, count }),
         sensor,
         materials: vec![Material::Diffuse { reflectance: flat(0.5).into() }],
         thin_films: Default::default(),
