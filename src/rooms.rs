@@ -90,6 +90,22 @@ fn modules_use_only_those_above_them_in_the_list_of_rooms() {
 }
 
 #[test]
+fn every_file_is_a_module() {
+    // One that is not is never compiled: its tests pass whatever they say.
+    let mut texts = std::collections::BTreeMap::new();
+    walk(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &[], &mut |own, text| {
+        let own = if own == ["lib"] { &[] } else { own };
+        texts.insert(own.join("::"), text.to_string());
+    });
+    let declared = |own: &str| {
+        let (above, name) = own.rsplit_once("::").unwrap_or(("", own));
+        texts[above].lines().any(|line| line.trim_end().ends_with(&format!("mod {name};")))
+    };
+    let lost: Vec<&String> = texts.keys().filter(|own| !own.is_empty() && *own != "main" && !declared(own)).collect();
+    assert!(lost.is_empty(), "no module names these: {lost:?}");
+}
+
+#[test]
 fn what_is_not_above_is_found_however_it_is_named() {
     let rooms = rooms();
     let of = |own: &[&str], text: &str| misuses(&rooms, own, text).len();
