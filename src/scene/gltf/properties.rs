@@ -394,7 +394,9 @@ mod tests {
     }
 
     fn scene_of(document: &Value, name: &str) -> crate::error::Result<Scene> {
-        let path = std::env::temp_dir().join(format!("abbe-property-{name}-{}.gltf", std::process::id()));
+        // Tests of one process run side by side.
+        let own = format!("{}-{:?}", std::process::id(), std::thread::current().id());
+        let path = std::env::temp_dir().join(format!("abbe-property-{name}-{own}.gltf"));
         std::fs::write(&path, document.to_string()).expect("a place for the file");
         let scene = load(&path, &LoadOptions::default());
         std::fs::remove_file(&path).expect("the file");

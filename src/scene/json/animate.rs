@@ -1,7 +1,9 @@
 //! `"animate"`: keys of a scene file that change from frame to frame. They are set before the scene is read, as by `--set`, so that a frame is the scene
 //! whose keys have the values of that frame, with all errors of the file.
 //!
-//!     "animate": [{"key": "shapes[0].transform.rotate_deg", "frames": [0, 120], "values": [0, 360], "interpolation": "linear"}]
+//! ```json
+//! "animate": [{"key": "shapes[0].transform.rotate_deg", "frames": [0, 120], "values": [0, 360], "interpolation": "linear"}]
+//! ```
 //!
 //! Before its first keyframe a key has the first value, after the last one the last. Between them it is
 //! - `linear` (unless told): on the straight line from value to value;
