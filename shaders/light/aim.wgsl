@@ -1,7 +1,8 @@
 // Where light paths are sent, and how densely. Half of them are aimed at what bends light (if it fills less than what the light fills by itself): at the
-// spheres around it (`targets`), of which one is chosen by the solid angle (or cross-section) that it shows, and since spheres overlap, the density of a
-// ray is the number of spheres it meets over the sum of all. The others go wherever else the light shines: those that meet a sphere are given up, since a
-// ray that both halves could make would be one of many to the guide in one of them, and a rare bright one in the other.
+// spheres around it (`targets`), of which one is chosen by the solid angle (or cross-section) that it shows times its weight, and since spheres overlap, the
+// density of a ray is the sum of the weights of the spheres it meets over the sum of all choices. The others go wherever else the light shines: those that meet
+// a sphere are given up, since a ray that both halves could make would be one of many to the guide in one of them, and a rare bright one in the other.
+// Spheres within each other, around the part of something wide that counts (TARGETS_NESTED), have the weight that gives all of them as many paths from afar.
 #include "common/params.wgsl"
 #include "common/math.wgsl"
 #include "light/light.wgsl"
@@ -12,7 +13,12 @@
 // Share of the light paths that are aimed.
 const AIMED = 0.5;
 
-// Density of a ray that meets `hits` spheres, where `wide` is that of the light by itself and `aimed` that of aiming for one sphere.
+// Whether light paths are aimed from where targets show `total` and the light by itself has `wide`.
+fn is_aiming(total: f32, wide: f32) -> bool {
+    return TARGETS_NESTED || total < wide;
+}
+
+// Density of a ray that meets spheres of this weight together, where `wide` is that of the light by itself and `aimed` that of aiming for one of weight 1.
 fn density_of_halves(wide: f32, aimed: f32, hits: f32) -> f32 {
     return select((1.0 - AIMED) * wide, AIMED * aimed * hits, hits > 0.0);
 }
@@ -21,53 +27,58 @@ fn target_at(i: u32) -> vec4f {
     return load_targets(i);
 }
 
-// How many targets the ray meets.
+fn target_weight(t: vec4f) -> f32 {
+    return select(1.0, 1.0 / (t.w * t.w), TARGETS_NESTED);
+}
+
+// Weight of the targets that the ray meets.
 fn targets_hit(o: vec3f, d: vec3f) -> f32 {
-    var count = 0.0;
+    var met = 0.0;
     for (var i = 0u; i < TARGETS; i++) {
         let t = target_at(i);
         let v = t.xyz - o;
         let b = dot(v, d);
         let l = v - b * d;
-        count += select(0.0, 1.0, dot(v, v) <= t.w * t.w || (b > 0.0 && dot(l, l) <= t.w * t.w));
+        met += select(0.0, target_weight(t), dot(v, v) <= t.w * t.w || (b > 0.0 && dot(l, l) <= t.w * t.w));
     }
-    return count;
+    return met;
 }
 #endif
 
 #if LIGHT_POINT || LIGHT_AREA
-// Solid angle of target `i` from `p`.
-fn target_solid_angle(i: u32, p: vec3f) -> f32 {
+// Solid angle of target `i` from `p`, times its weight.
+fn target_choice(i: u32, p: vec3f) -> f32 {
     let t = target_at(i);
     let v = t.xyz - p;
     let d2 = dot(v, v);
     let s2 = t.w * t.w / max(d2, 1e-30);
-    return select(2.0 * PI * s2 / (1.0 + sqrt(max(1.0 - s2, 0.0))), 4.0 * PI, s2 >= 1.0);
+    return target_weight(t) * select(2.0 * PI * s2 / (1.0 + sqrt(max(1.0 - s2, 0.0))), 4.0 * PI, s2 >= 1.0);
 }
 
-fn all_solid_angles(p: vec3f) -> f32 {
+fn all_choices(p: vec3f) -> f32 {
     var total = 0.0;
     for (var i = 0u; i < TARGETS; i++) {
-        total += target_solid_angle(i, p);
+        total += target_choice(i, p);
     }
     return total;
 }
 
-// A direction from `p` to some target, whose solid angles sum up to `total`.
+// A direction from `p` to some target, whose choices sum up to `total`.
 fn sample_target(p: vec3f, total: f32, u: vec2f) -> vec3f {
     var left = u.x * total;
     var chosen = 0u;
     for (var i = 0u; i + 1u < TARGETS; i++) {
-        let w = target_solid_angle(i, p);
+        let w = target_choice(i, p);
         if (chosen == i && left >= w) {
             left -= w;
             chosen = i + 1u;
         }
     }
-    let solid_angle = target_solid_angle(chosen, p);
-    let v = target_at(chosen).xyz - p;
+    let choice = target_choice(chosen, p);
+    let t = target_at(chosen);
+    let v = t.xyz - p;
     let axis = select(normalize(v), vec3f(0.0, 0.0, 1.0), dot(v, v) == 0.0);
-    return normalize(level_frame(axis) * sample_cone(vec2f(min(left / solid_angle, 1.0), u.y), solid_angle / (2.0 * PI)));
+    return normalize(level_frame(axis) * sample_cone(vec2f(min(left / choice, 1.0), u.y), choice / (2.0 * PI * target_weight(t))));
 }
 #endif
 
@@ -76,11 +87,15 @@ fn scene_cross_section() -> f32 {
     return 0.25 * PI * params.scene_diameter * params.scene_diameter;
 }
 
+// Cross-section of a target times its weight.
+fn cross_section_choice(t: vec4f) -> f32 {
+    return target_weight(t) * PI * t.w * t.w;
+}
+
 fn all_cross_sections() -> f32 {
     var total = 0.0;
     for (var i = 0u; i < TARGETS; i++) {
-        let r = target_at(i).w;
-        total += PI * r * r;
+        total += cross_section_choice(target_at(i));
     }
     return total;
 }
@@ -90,14 +105,14 @@ fn sample_target_line(d: vec3f, u: vec2f) -> vec3f {
     var left = u.x * all_cross_sections();
     var chosen = 0u;
     for (var i = 0u; i + 1u < TARGETS; i++) {
-        let r = target_at(i).w;
-        if (chosen == i && left >= PI * r * r) {
-            left -= PI * r * r;
+        let w = cross_section_choice(target_at(i));
+        if (chosen == i && left >= w) {
+            left -= w;
             chosen = i + 1u;
         }
     }
     let t = target_at(chosen);
-    let c = t.w * sample_disc(vec2f(min(left / (PI * t.w * t.w), 1.0), u.y));
+    let c = t.w * sample_disc(vec2f(min(left / cross_section_choice(t), 1.0), u.y));
     let f = frame_around(d);
     return t.xyz + c.x * f[0] + c.y * f[1] - params.scene_diameter * d;
 }

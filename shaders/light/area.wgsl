@@ -194,10 +194,10 @@ fn sample_li_area(light: Light, p: vec3f, u: vec2f) -> LightSample {
 const WIDE_TARGETS = PI;
 
 fn pdf_le_area(light: Light, o: vec3f, d: vec3f, cos_theta: f32) -> f32 {
-    let total = all_solid_angles(o);
+    let total = all_choices(o);
     let wide = INV_PI * select(1.0, 0.5, light.two_sided != 0u);
     let halves = density_of_halves(wide, 1.0 / (total * max(abs(cos_theta), 1e-10)), targets_hit(o, d));
-    return light.probability / light.area * select(halves, wide, total >= WIDE_TARGETS);
+    return light.probability / light.area * select(wide, halves, is_aiming(total, WIDE_TARGETS));
 }
 
 #if LIGHT_PATHS
@@ -208,8 +208,8 @@ fn sample_le_area(light: Light, u: vec2f, v: vec2f) -> LightRay {
     let point = sample_light_surface(light, u);
     l.n = point.n;
     l.ray.o = point.p;
-    let total = all_solid_angles(l.ray.o);
-    let halves = total < WIDE_TARGETS;
+    let total = all_choices(l.ray.o);
+    let halves = is_aiming(total, WIDE_TARGETS);
     let aimed = halves && is_aimed(&direction);
     if (aimed) {
         l.ray.d = sample_target(l.ray.o, total, direction);

@@ -141,7 +141,7 @@ fn pdf_le_environment(light: Light, o: vec3f, d: vec3f, at: u32) -> f32 {
     let total = all_cross_sections();
     let wide = 1.0 / scene_cross_section();
     let halves = density_of_halves(wide, 1.0 / total, targets_hit(o - params.scene_diameter * d, d));
-    let across = light.probability * select(halves, wide, total * wide >= 1.0);
+    let across = light.probability * select(wide, halves, is_aiming(total * wide, 1.0));
 #if ENV_IMAGE
     if (light.kind == LIGHT_KIND_IMAGE) {
         return across * pdf_environment_image(light, at);
@@ -174,7 +174,7 @@ fn sample_le_environment(light: Light, u: vec2f, v: vec2f) -> LightRay {
         l.texel = s.texel;
 #endif
     }
-    let halves = all_cross_sections() < scene_cross_section();
+    let halves = is_aiming(all_cross_sections(), scene_cross_section());
     let aimed = halves && is_aimed(&place);
     if (aimed) {
         l.ray.o = sample_target_line(l.ray.d, place);

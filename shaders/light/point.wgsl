@@ -68,19 +68,19 @@ fn sample_point_light(light: Light, u: vec2f) -> vec3f {
 
 // The directions are those of a light path that leaves `o` along `d`.
 fn pdf_le_point(light: Light, o: vec3f, d: vec3f) -> f32 {
-    let total = all_solid_angles(o);
+    let total = all_choices(o);
     let wide = pdf_point_light(light, d);
     let halves = density_of_halves(wide, 1.0 / total, targets_hit(o, d));
-    return light.probability * select(halves, wide, total >= light_solid_angle(light));
+    return light.probability * select(wide, halves, is_aiming(total, light_solid_angle(light)));
 }
 
 #if LIGHT_PATHS
 fn sample_le_point(light: Light, v: vec2f) -> LightRay {
     var l = light_ray(light);
     var direction = v;
-    let total = all_solid_angles(l.ray.o);
+    let total = all_choices(l.ray.o);
     let wide = light_solid_angle(light);
-    let halves = total < wide;
+    let halves = is_aiming(total, wide);
     let aimed = halves && is_aimed(&direction);
     if (aimed) {
         l.ray.d = sample_target(l.ray.o, total, direction);

@@ -3,7 +3,7 @@
 use super::{Feature, Plan};
 use crate::error::Result;
 use crate::gpu::layout::{PointLink, PointSheen, VisiblePoint, texels};
-use crate::gpu::scene::targets;
+use crate::gpu::scene::Targets;
 use crate::gpu::{Gpu, Resource};
 use crate::scene::bounds_of_all;
 use crate::scene::{Scene, Sensor};
@@ -38,7 +38,7 @@ impl Merge {
     ///
     /// # Errors
     /// [`crate::error::Error::Device`] if the adapter cannot hold them.
-    pub fn new(gpu: &Gpu, plan: &Plan, scene: &Scene, blocks: u32, passes: u32) -> Result<Self> {
+    pub fn new(gpu: &Gpu, plan: &Plan, scene: &Scene, reach: f32, blocks: u32, passes: u32) -> Result<Self> {
         let point_bytes = point_bytes(plan);
         let pixels = 64 * u64::from(blocks);
         // Where blocks differ in their samples, some passes have a few more than others.
@@ -53,7 +53,7 @@ impl Merge {
             Sensor::Orthographic { height, .. } => (PIXELS * height, 0.0),
             Sensor::IrradiancePlane { .. } | Sensor::IrradianceSphere { .. } => (0.0, 0.0),
         };
-        Ok(Self { points, slots: slots as u32, heads, cells, radius, most: (most, most / f64::from(reach(scene))), passes })
+        Ok(Self { points, slots: slots as u32, heads, cells, radius, most: (most, most / f64::from(reach)), passes })
     }
 
     /// Radius, m, and radius per metre of the camera path, in this pass of all over a picture of so many rows.
@@ -88,10 +88,10 @@ pub(super) fn point_bytes(plan: &Plan) -> u64 {
 }
 
 /// Camera paths longer than this are merged within the radius of this length: cells fit the largest radius, so that it should not be much larger than
-/// usual. One and a half times as far as whatever bends light is from the eye (or its radius, around the eye).
-pub(super) fn reach(scene: &Scene) -> f32 {
+/// usual. One and a half times as far as what counts of whatever bends light is from the eye (or its radius, around the eye).
+pub(super) fn reach(scene: &Scene, targets: &Targets) -> f32 {
     let Sensor::Perspective { eye, .. } = scene.sensor else { return 0.0 };
-    targets(scene, true).iter().map(|(center, radius)| (1.5 * center.distance(eye)).max(*radius)).fold(0.0, f64::max) as f32
+    targets.parts.iter().map(|(center, radius)| (1.5 * center.distance(eye)).max(*radius)).fold(0.0, f64::max) as f32
 }
 
 #[cfg(test)]

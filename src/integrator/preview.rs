@@ -57,7 +57,8 @@ impl GpuIntegrator {
         left.chain(self.learned.guide.iter().map(|g| &g.guiding_samples)).for_each(|buffer| self.gpu.clear(buffer));
         let picture = self.view.params;
         let uploaded = (picture.spectra_stride, picture.heads, picture.points);
-        let seen = params(scene, bounds_of_all(&scene.shapes), &self.scene, merge::reach(scene), uploaded.0)?;
+        let seen =
+            params(scene, bounds_of_all(&scene.shapes), &self.scene, merge::reach(scene, &self.scene.targets), uploaded.0)?;
         let params = Params { heads: uploaded.1, points: uploaded.2, ..seen };
         let coarse = View { params, bounds: scene.film.pixel_bounds() }.coarser(preview.pixels);
         let light_paths = ((f64::from(coarse.params.light_paths) * LIGHT_PATHS).round() as u32).max(1);

@@ -1,8 +1,9 @@
 //! What measures the light of a scene: the film with its wavelength bins, and the sensor in front of it.
 
+use crate::geometry::world::Ray;
 use crate::lens::LensCamera;
 use crate::spectrum::Bins;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, dvec3};
 use std::sync::Arc;
 
 /// A rectangle of pixels; `x` to the right and `y` downwards from the upper left corner of the picture.
@@ -169,4 +170,33 @@ pub enum Sensor {
         /// Radius.
         radius: f64,
     },
+}
+
+impl Sensor {
+    /// The ray through the middle of the lens and a place of the picture, from 0 to 1 across and down; `aspect` is the picture's width over its height. `None`
+    /// for what is no camera.
+    pub fn ray(&self, aspect: f64, place: [f64; 2]) -> Option<Ray> {
+        let (x, y) = ((2.0 * place[0] - 1.0) * aspect, 1.0 - 2.0 * place[1]);
+        match self {
+            Sensor::Perspective { eye, frame, tan_half_vfov, .. } => {
+                Some(Ray::new(*eye, (*frame * dvec3(x * tan_half_vfov, y * tan_half_vfov, -1.0)).normalize()))
+            }
+            Sensor::Orthographic { eye, frame, height } => {
+                Some(Ray::new(*eye + *frame * dvec3(0.5 * x * height, 0.5 * y * height, 0.0), -frame.z_axis))
+            }
+            Sensor::IrradiancePlane { .. } | Sensor::IrradianceSphere { .. } => None,
+        }
+    }
+
+    /// Whether a place lies before the camera and within its picture, whatever stands between them; `None` for what is no camera.
+    pub fn has_in_view(&self, aspect: f64, place: DVec3) -> Option<bool> {
+        let (eye, frame, half, is_parallel) = match self {
+            Sensor::Perspective { eye, frame, tan_half_vfov, .. } => (eye, frame, *tan_half_vfov, false),
+            Sensor::Orthographic { eye, frame, height } => (eye, frame, 0.5 * height, true),
+            Sensor::IrradiancePlane { .. } | Sensor::IrradianceSphere { .. } => return None,
+        };
+        let p = frame.transpose() * (place - *eye);
+        let q = p.truncate().abs() / if is_parallel { 1.0 } else { -p.z };
+        Some(p.z < 0.0 && q.x < half * aspect && q.y < half)
+    }
 }

@@ -1,8 +1,8 @@
 //! What lies under a pixel.
 
-use crate::geometry::world::{Ray, World};
+use crate::geometry::world::World;
 use crate::scene::{Scene, Sensor};
-use glam::{DVec3, dvec3};
+use glam::DVec3;
 
 /// The geometry of a scene, ready to be clicked at.
 pub struct Picker {
@@ -33,16 +33,7 @@ impl Picker {
     /// The first surface along the ray through the middle of the lens and a place of the picture, from 0 to 1 across and down. What is no surface counts,
     /// too: it bounds fog. `None` beside everything, and for what is no camera.
     pub fn pick(&self, sensor: &Sensor, place: [f64; 2]) -> Option<Met> {
-        let (x, y) = ((2.0 * place[0] - 1.0) * self.aspect, 1.0 - 2.0 * place[1]);
-        let ray = match sensor {
-            Sensor::Perspective { eye, frame, tan_half_vfov, .. } => {
-                Ray::new(*eye, (*frame * dvec3(x * tan_half_vfov, y * tan_half_vfov, -1.0)).normalize())
-            }
-            Sensor::Orthographic { eye, frame, height } => {
-                Ray::new(*eye + *frame * dvec3(0.5 * x * height, 0.5 * y * height, 0.0), -frame.z_axis)
-            }
-            Sensor::IrradiancePlane { .. } | Sensor::IrradianceSphere { .. } => return None,
-        };
+        let ray = sensor.ray(self.aspect, place)?;
         self.world.intersect(&ray).first().map(|hit| Met { shape: hit.shape, at: hit.p, distance: hit.t })
     }
 }

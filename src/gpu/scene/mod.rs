@@ -11,13 +11,14 @@ mod primitives;
 mod profiles;
 mod ranks;
 mod rows;
+mod seen;
 mod targets;
 mod textures;
 
 pub use placed_lights::light_grid_pays;
 pub use ranks::{SLOTS, volume_stack};
 pub use rows::SpectrumRow;
-pub use targets::targets;
+pub use targets::Targets;
 
 use crate::error::{Error, Result};
 use crate::gpu::layout::{Interior, NO_INDEX, Params};
@@ -46,6 +47,8 @@ pub struct GpuScene {
     pub constants: String,
     /// Subtracted from world positions: the middle of the scene.
     pub origin: DVec3,
+    /// What light paths are aimed at.
+    pub targets: Targets,
     /// Power of all lights, mean over the film's range, W nm^-1.
     pub power: f64,
     /// Bytes in all of them.
@@ -79,7 +82,7 @@ impl GpuScene {
                 light.primitive = geometry.place[light.primitive as usize];
             }
         }
-        let targets = targets::build(scene, origin, guiding);
+        let targets = Targets::new(scene, guiding);
         stage::enter(Stage::Uploading);
         let mut resources = vec![
             ("bvh", gpu.table("BVH nodes", &geometry.nodes)?),
@@ -91,7 +94,7 @@ impl GpuScene {
             ("lights", gpu.table("lights", &records)?),
             ("light_grid", gpu.table("grid of lights", &lights.grid.texels)?),
             ("tables", gpu.storage("energy tables", &tables)?),
-            ("targets", gpu.table("targets of light paths", &targets)?),
+            ("targets", gpu.table("targets of light paths", &targets.records(origin))?),
             ("environment", gpu.table("environment picture", &lights.environment)?),
             ("profiles", gpu.table("profiles of lamps", &lights.profiles)?),
             ("textures", gpu.table("textures", &textures)?),
@@ -110,9 +113,13 @@ impl GpuScene {
         };
         let stack = geometry.stack.next_power_of_two().max(LEAST_STACK);
         // The loop over targets, mostly of one turn, is in every light path: as a parameter it cost 3 % of the time.
-        let constants = format!("const BVH_STACK = {stack}u;\nconst TARGETS = {}u;\n{lens_constants}", targets.len());
+        let constants = format!(
+            "const BVH_STACK = {stack}u;\nconst TARGETS = {}u;\nconst TARGETS_NESTED = {};\n{lens_constants}",
+            targets.spheres.len(),
+            targets.nested
+        );
         let power = lights.power;
-        Ok(Self { resources, power, rows: rows.all, params, constants, origin, bytes })
+        Ok(Self { resources, power, rows: rows.all, params, constants, origin, targets, bytes })
     }
 }
 

@@ -1,36 +1,135 @@
 //! What light paths are aimed at: spheres around everything that can bend light.
 
+use super::seen;
 use crate::geometry::{Bounds, bounds};
-use crate::scene::bounds_of_all;
-use crate::scene::{Geometry, Scene, Shape};
-use glam::{DVec3, Vec4};
+use crate::scene::{Geometry, Scene, Shape, bounds_of_all};
+use glam::{BVec3, DVec3, Vec4};
 
 /// More shapes than this share one sphere: every light path looks at all spheres.
 const MOST: usize = 8;
+/// Of what has this share of the scene's radius and more only a part may count: that by which light gets to what is seen,
+const WIDE: f64 = 0.1;
+/// if the radius of that part is less than this share of all of it.
+const SEEN: f64 = 0.25;
+/// Radius of that part over that of the ball around the few places that are known of it.
+const MARGIN: f64 = 1.5;
+/// And its least share of the radius of all.
+const LEAST: f64 = 1e-4;
+/// Radius over that of the next sphere within: light comes from around that part, too, the less the further away.
+const STEP: f64 = 4.0;
 
-/// Centres and radii. Without guiding, or with nothing to aim at, one sphere around the scene.
-pub fn targets(scene: &Scene, guiding: bool) -> Vec<(DVec3, f64)> {
-    let shapes: Vec<&Shape> = scene.shapes.iter().filter(|s| guiding && bends(scene, s.material)).collect();
-    let bodies: Vec<&[&Shape]> = shapes.chunk_by(|a, b| scene.are_one_piece(a, b)).collect();
-    let whole = |body: &[&Shape]| body.iter().fold(Bounds::EMPTY, |b, s| b.union(bounds(&s.geometry))).ball();
-    if bodies.is_empty() {
-        vec![bounds_of_all(&scene.shapes).ball()]
-    } else if bodies.len() > MOST {
-        vec![whole(&shapes)]
-    } else {
-        let target = |body: &&[&Shape]| match body {
-            [Shape { geometry: Geometry::Sphere { center, radius }, .. }] => (*center, *radius),
-            body => whole(body),
+/// What light paths are aimed at (shaders/light/aim.wgsl).
+#[derive(Debug)]
+pub struct Targets {
+    /// Centres and radii, m.
+    pub spheres: Vec<(DVec3, f64)>,
+    /// Whether some lie within each other, around the part that counts of something wide.
+    pub nested: bool,
+    /// The part that counts of each body, or all of it: the least of its spheres.
+    pub parts: Vec<(DVec3, f64)>,
+}
+
+impl Targets {
+    /// Of a scene. Without guiding, or with nothing to aim at, one sphere around the scene.
+    pub(super) fn new(scene: &Scene, guiding: bool) -> Self {
+        let bends: Vec<bool> = scene.shapes.iter().map(|s| guiding && bends(scene, s.material)).collect();
+        let shapes: Vec<usize> = (0..bends.len()).filter(|&i| bends[i]).collect();
+        let mut bodies: Vec<&[usize]> =
+            shapes.chunk_by(|&a, &b| scene.are_one_piece(&scene.shapes[a], &scene.shapes[b])).collect();
+        let around = bounds_of_all(&scene.shapes).ball();
+        if bodies.is_empty() {
+            return Targets::plain(vec![around]);
+        }
+        if bodies.len() > MOST {
+            bodies = vec![&shapes];
+        }
+        let all = |body: &[usize], bounds: &dyn Fn(usize) -> Bounds| body.iter().fold(Bounds::EMPTY, |b, &i| b.union(bounds(i)));
+        let whole = |body: &&[usize]| match scene.shapes[body[0]] {
+            Shape { geometry: Geometry::Sphere { center, radius }, .. } if body.len() == 1 => (center, radius),
+            _ => all(body, &|i| bounds(&scene.shapes[i].geometry)).ball(),
         };
-        bodies.iter().map(target).collect()
+        let spheres: Vec<(DVec3, f64)> = bodies.iter().map(whole).collect();
+        let is_large = |sphere: &(DVec3, f64)| sphere.1 >= WIDE * around.1 && !is_in_view(scene, *sphere);
+        if !spheres.iter().any(is_large) {
+            return Targets::plain(spheres);
+        }
+        let Some(crossings) = seen::crossings(scene, &bends) else { return Targets::plain(spheres) };
+        let part = |(sphere, body): (&(DVec3, f64), &&[usize])| {
+            let crossed = all(body, &|i| crossings[i]);
+            let (center, radius) = crossed.ball();
+            let radius = (MARGIN * radius).max(LEAST * sphere.1);
+            if is_large(sphere) && !crossed.is_empty() && radius < SEEN * sphere.1 { (center, radius) } else { *sphere }
+        };
+        let parts: Vec<(DVec3, f64)> = spheres.iter().zip(&bodies).map(part).collect();
+        let around = |(part, whole): (&(DVec3, f64), &(DVec3, f64))| {
+            let (center, most) = (part.0, whole.1.max(part.1 * 1.5));
+            std::iter::successors(Some(part.1), |r| Some(STEP * r)).take_while(move |r| *r < most).map(move |r| (center, r))
+        };
+        let nested = parts != spheres;
+        Targets { spheres: parts.iter().zip(&spheres).flat_map(around).collect(), nested, parts }
+    }
+
+    fn plain(spheres: Vec<(DVec3, f64)>) -> Self {
+        Targets { parts: spheres.clone(), spheres, nested: false }
+    }
+
+    /// As the shaders read them: relative to `origin`, and a little larger, so that rounding does not leave out an edge.
+    pub(super) fn records(&self, origin: DVec3) -> Vec<Vec4> {
+        self.spheres.iter().map(|&(c, r)| (c - origin).as_vec3().extend((r * 1.0001) as f32)).collect()
     }
 }
 
-/// As the shaders read them: relative to `origin`, and a little larger, so that rounding does not leave out an edge.
-pub(super) fn build(scene: &Scene, origin: DVec3, guiding: bool) -> Vec<Vec4> {
-    targets(scene, guiding).into_iter().map(|(c, r)| (c - origin).as_vec3().extend((r * 1.0001) as f32)).collect()
+/// Whether all of a sphere is before the camera and in its picture.
+fn is_in_view(scene: &Scene, (center, radius): (DVec3, f64)) -> bool {
+    let aspect = f64::from(scene.film.width) / f64::from(scene.film.height);
+    let corner = |i: u32| DVec3::select(BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), DVec3::ONE, DVec3::NEG_ONE);
+    (0..8).all(|i| scene.sensor.has_in_view(aspect, center + radius * corner(i)) == Some(true))
 }
 
 fn bends(scene: &Scene, material: usize) -> bool {
     scene.made_of(material).into_iter().any(|m| scene.materials[m].bends())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{LoadOptions, load_str};
+    use std::path::Path;
+
+    /// Of a lake `width` metres wide, of which a camera looks at a square metre about (x, 0, 0), from 2 m above.
+    fn targets(width: f64, x: f64) -> Targets {
+        let sheet = |y: f64| {
+            let h = 0.5 * width;
+            serde_json::json!({"corner": [-h, y, h], "edge_u": [width, 0, 0], "edge_v": [0, 0, -width]})
+        };
+        let scene = serde_json::json!({
+            "film": {"width": 8, "height": 8, "range_nm": [400, 700], "bins": 1},
+            "camera": {"orthographic": {"eye": [x, 2, 0], "target": [x, 0, 0], "up": [0, 0, -1], "height": 1}},
+            "materials": {"water": {"dielectric": {"ior": 1.5}}, "mud": {"diffuse": {"reflectance": 0.5}}},
+            "shapes": [{"quad": sheet(0.0), "material": "water"}, {"quad": sheet(-3.0), "material": "mud"}],
+            "lights": [{"sun": {"direction": [0.6, -0.8, 0], "angle_deg": 0.53, "irradiance": 1}}],
+        });
+        let scene = load_str(&scene.to_string(), Path::new("lake"), Path::new("."), &LoadOptions::default()).expect("a scene");
+        Targets::new(&scene, true)
+    }
+
+    #[test]
+    fn of_something_wide_the_part_that_is_looked_through_counts() {
+        let lake = targets(1000.0, 10.0);
+        assert!(lake.nested);
+        let [(center, radius)] = lake.parts[..] else { panic!("{lake:?}") };
+        // Straight lines from the ground to the sun cross the water 2.25 m west of where it is looked through.
+        for place in [10.5, 9.5, 9.5 - 2.25] {
+            assert!(center.distance(DVec3::new(place, 0.0, 0.0)) < radius, "{lake:?}");
+        }
+        assert!(radius < 4.0 && lake.spheres[0] == lake.parts[0], "{lake:?}");
+        assert!(lake.spheres.len() > 3 && lake.spheres.windows(2).all(|s| s[0].1 < s[1].1), "{lake:?}");
+    }
+
+    #[test]
+    fn of_a_pond_all_counts() {
+        let pond = targets(12.0, 4.0);
+        assert!(!pond.nested && pond.spheres == pond.parts, "{pond:?}");
+        assert!((pond.spheres[0].1 - 6.0 * 2f64.sqrt()).abs() < 1e-9);
+    }
 }

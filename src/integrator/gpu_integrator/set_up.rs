@@ -86,12 +86,13 @@ impl GpuIntegrator {
 
     fn built(gpu: Arc<Gpu>, scene: &Scene, seed: u64, plan: Plan, halvings: u32) -> Result<Self> {
         let gpu_scene = GpuScene::new(&gpu, scene, plan.techniques.guiding)?;
+        let reach = merge::reach(scene, &gpu_scene.targets);
         stage::enter(Stage::Compiling);
         let mut params = params(
             scene,
             bounds_of_all(&scene.shapes),
             &gpu_scene,
-            merge::reach(scene),
+            reach,
             texels::<PassHead>() + gpu_scene.rows.len() as u32 * plan.wavelengths.div_ceil(4),
         )?;
         let bounds = scene.film.pixel_bounds();
@@ -103,7 +104,7 @@ impl GpuIntegrator {
             // As many passes at a time as of the whole picture, so that sums are rounded alike.
             let whole = FilmSettings { crop: None, ..scene.film.clone() };
             let passes = merge::passes(&gpu, &plan, blocks.max(largest(whole.pixel_bounds())), passes);
-            Some(Merge::new(&gpu, &plan, scene, blocks, passes)?)
+            Some(Merge::new(&gpu, &plan, scene, reach, blocks, passes)?)
         } else {
             None
         };

@@ -226,29 +226,18 @@ fn blind(scene: &Scene, targets: &Targets) -> Option<String> {
         return None;
     }
     let aspect = f64::from(scene.film.width) / f64::from(scene.film.height);
-    let grid =
-        || (0..RAYS * RAYS).map(|i| (DVec2::new(f64::from(i % RAYS), f64::from(i / RAYS)) + 0.5) * (2.0 / f64::from(RAYS)) - 1.0);
-    let (rays, frame, eye, half): (Vec<Ray>, _, _, _) = match &scene.sensor {
-        Sensor::Perspective { eye, frame, tan_half_vfov, .. } => {
-            let half = DVec2::new(aspect, 1.0) * *tan_half_vfov;
-            (grid().map(|q| Ray::new(*eye, (*frame * (q * half).extend(-1.0)).normalize())).collect(), frame, *eye, half)
-        }
-        Sensor::Orthographic { eye, frame, height } => {
-            let half = DVec2::new(aspect, 1.0) * (0.5 * *height);
-            (grid().map(|q| Ray::new(*eye + *frame * (q * half).extend(0.0), -frame.z_axis)).collect(), frame, *eye, half)
-        }
-        Sensor::IrradiancePlane { origin, edge_u, edge_v } => return looks_away(scene, *origin, edge_u.cross(*edge_v)),
+    let at = |i: u32| (f64::from(i) + 0.5) / f64::from(RAYS);
+    let rays: Vec<Ray> = (0..RAYS * RAYS).filter_map(|i| scene.sensor.ray(aspect, [at(i % RAYS), at(i / RAYS)])).collect();
+    match scene.sensor {
+        Sensor::IrradiancePlane { origin, edge_u, edge_v } => return looks_away(scene, origin, edge_u.cross(edge_v)),
         Sensor::IrradianceSphere { .. } => return None,
-    };
-    let is_pinhole = matches!(scene.sensor, Sensor::Perspective { .. });
-    let sees = |p: DVec3| {
-        let p = frame.transpose() * (p - eye);
-        p.z < 0.0 && (p.truncate() / if is_pinhole { -p.z } else { 1.0 }).abs().cmplt(half).all()
-    };
+        Sensor::Perspective { .. } | Sensor::Orthographic { .. } => {}
+    }
+    let sees = |p: DVec3| scene.sensor.has_in_view(aspect, p) == Some(true);
     let sun_seen = scene.lights.iter().any(|light| match light {
         Light::Sun { direction, cos_angle, .. } => {
             *cos_angle < 1.0 && rays.iter().any(|ray| -ray.dir.dot(*direction) > *cos_angle)
-                || is_pinhole && sees(eye - *direction)
+                || matches!(scene.sensor, Sensor::Perspective { eye, .. } if sees(eye - *direction))
         }
         _ => false,
     });

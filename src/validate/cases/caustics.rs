@@ -1,14 +1,14 @@
 //! Caustics of smooth surfaces: behind a ball, and within a mirrored ring.
 
-use super::{film, landing, mean, measuring};
+use super::{blocks, film, landing, mean, measuring};
 use crate::film::Film;
-use crate::validate::optics::{extremum, mirrored_height};
+use crate::validate::optics::{extremum, fresnel, mirrored_height};
 use crate::validate::{Case, Row, View};
 use serde_json::json;
 use std::f64::consts::PI;
 
 pub(super) fn cases() -> Vec<Case> {
-    vec![ball(), polarisation(), cusp(), fold()]
+    vec![ball(), polarisation(), cusp(), fold(), lake()]
 }
 
 /// Pixels along each side of the sensor behind the ball, which is 2 wide.
@@ -142,5 +142,34 @@ fn fold() -> Case {
         title: "power of the distance from the nephroid's fold that irradiance goes by",
         views: vec![measuring(scene, 16, 512.0)],
         rows: vec![row.floor(5e-3)],
+    }
+}
+
+/// A square metre of a lake 1 km wide in the sun, which light paths find only if they are aimed at it.
+fn lake() -> Case {
+    const N: f64 = 4.0 / 3.0;
+    const RHO: f64 = 0.05;
+    let slant = 0.6f64;
+    let sheet = |y: f64| json!({"corner": [-500, y, 500], "edge_u": [1000, 0, 0], "edge_v": [0, 0, -1000]});
+    let scene = json!({
+        "film": film(16, 16, 1),
+        "camera": {"orthographic": {"eye": [100, 2, 30], "target": [100, 0, 30], "up": [0, 0, -1], "height": 1}},
+        "max_depth": 16,
+        "materials": {"water": {"dielectric": {"ior": N}}, "mud": {"diffuse": {"reflectance": RHO}}},
+        "shapes": [{"quad": sheet(0.0), "material": "water"}, {"quad": sheet(-1.0), "material": "mud"}],
+        "lights": [{"sun": {"direction": [slant.sin(), -slant.cos(), 0], "angle_deg": 0.53, "irradiance": 1}}],
+    });
+    // The water reflects this share of even light from within, and so on with the mud (Duntley 1942).
+    const STEPS: usize = 4096;
+    let angle = |i: usize| (i as f64 + 0.5) / STEPS as f64 * PI / 2.0;
+    let of_even_light = (0..STEPS).map(|i| fresnel(angle(i), N) * (2.0 * angle(i)).sin()).sum::<f64>() * PI / 2.0 / STEPS as f64;
+    let back = 1.0 - (1.0 - of_even_light) / (N * N);
+    let exact = RHO / PI * slant.cos() * (1.0 - fresnel(slant, N)) / (1.0 - RHO * back) * (1.0 - fresnel(0.0, N)) / (N * N);
+    let row = Row::new("lake/blocks", 1.0, 1e-2, move |f: &[Film]| blocks(&f[0], 8, 1.0 / exact));
+    Case {
+        id: "lake",
+        title: "radiance of the sunlit ground 1 m below a square metre of a lake 1 km wide, over theory",
+        views: vec![View::new(scene, 64)],
+        rows: vec![row],
     }
 }

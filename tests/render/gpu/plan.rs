@@ -17,7 +17,7 @@ use wgpu::naga::{self, Function, Handle, ImageClass, Module, Statement, TypeInne
 pub fn kernels(scene: &Scene) -> Vec<(&'static str, String)> {
     let plan = Plan::new(scene, Techniques::default());
     let constants = plan.constants()
-        + "const BVH_STACK = 32u;\nconst TARGETS = 2u;\nconst LENS_SURFACES = 8u;\nconst LENS_BOUNDS = 8u;\nconst LENS_AIR = 0u;\n";
+        + "const BVH_STACK = 32u;\nconst TARGETS = 2u;\nconst TARGETS_NESTED = true;\nconst LENS_SURFACES = 8u;\nconst LENS_BOUNDS = 8u;\nconst LENS_AIR = 0u;\n";
     let mut roots = vec![("camera_paths.wgsl", plan.camera), ("update_film.wgsl", plan.camera), ("aov.wgsl", plan.aovs)];
     roots.extend(plan.light.map(|features| ("light_paths.wgsl", features)));
     roots.into_iter().map(|(root, features)| (root, kernel_source(root, &constants, &features.switches()).unwrap())).collect()

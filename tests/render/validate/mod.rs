@@ -8,7 +8,7 @@
 //! other sample the same, reflected rays starting 1e-4 m off the surface, mirrors by 1 %, radiance behind glass by half, and temperatures by
 //! 0.2 %. Lamp and sensor change places with another flux where radiance behind glass is off by half in the camera pass alone; smooth
 //! normals interpolated by each other's weights spread another caustic. With light absorbed where shading normals contradict the geometry, all cases of
-//! those failed.
+//! those failed. Of the lake, without aim at the part that is seen, nothing is found.
 
 mod random;
 
@@ -82,6 +82,7 @@ cases! {
     polarisation "polarisation",
     nephroid "nephroid",
     fold "fold",
+    lake "lake",
     furnace_smooth "furnace-smooth",
     furnace_dispersive "furnace-dispersive",
     furnace_rough "furnace-rough",
