@@ -35,7 +35,7 @@ fn render(folder: &Folder, spp: u32, (variable, value): (&str, &str)) -> Output 
 
 #[test]
 fn no_fault_of_a_device_costs_what_was_rendered() {
-    let faults: usize = std::env::var("ABBE_DEVICE_FAULTS").map_or(20, |n| n.parse().expect("a number of faults"));
+    let faults: usize = std::env::var("ABBE_DEVICE_FAULTS").map_or(14, |n| n.parse().expect("a number of faults"));
     let folder = Folder::new("faults");
     build_layer(&folder.0);
     let clean = render(&folder, SAMPLES, ("ABBE_FAULT_COUNTS", "counts"));

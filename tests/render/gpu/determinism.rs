@@ -88,7 +88,7 @@ fn what_else_the_machine_does_does_not_show() {
                 }
             });
         }
-        let others: Vec<_> = (0..sweep::count(2).min(16)).map(|_| render(&scene, 3, 2, None)).collect();
+        let others: Vec<_> = (0..sweep::count(1).min(16)).map(|_| render(&scene, 3, 2, None)).collect();
         done.store(true, std::sync::atomic::Ordering::Relaxed);
         others
     });
