@@ -1,4 +1,6 @@
 //! Prescriptions are read as opticians write them, rays go through them as other programs have it, and what is wrong with one is told in one line.
+//!
+//! Of the exit pupil's bounds the tests were seen to fail with those 3 % too small and 13 % too large, of the stop within a glass without it.
 
 use super::random::Random;
 use super::{folder, load_text, scene_with};
