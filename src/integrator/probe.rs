@@ -11,6 +11,7 @@ use crate::render::Batch;
 use crate::state::{Persistent, State};
 use crate::stats::BatchStats;
 use std::io;
+use std::ops::Range;
 
 /// Probes: before the first batch that goes on beyond so many samples of a pixel, and samples of all pixels together. A short one, so that the first picture comes soon, and a
 /// long one when it is known that it pays.
@@ -39,10 +40,14 @@ impl GpuIntegrator {
     /// Learns where light paths are of use, and how many are best, from a few passes that the film never sees: what they find before that is mostly noise.
     pub(super) fn probe(&mut self, batch: Batch, film: &mut Film) -> Result<()> {
         let due = PROBES.iter().take_while(|(beyond, _)| batch.first_pass + u64::from(batch.spp) > *beyond).count();
-        let rounds_of = |probe: usize| extent(&self.view, PROBES[probe].1).1;
-        // Of a small picture the first one has told as much.
-        let tells_more = |before: usize| before == 0 || rounds_of(due - 1) > rounds_of(before - 1);
-        let is_due = due > self.learned.probes && tells_more(self.learned.probes);
+        let extent_of = |probes: usize| extent(&self.view, PROBES[probes - 1].1);
+        // Of a small picture the first one has told as much, or has done some rounds of the second.
+        let done = match self.learned.probes {
+            0 => 0,
+            before if due > before && extent_of(before).0.pixels() == extent_of(due).0.pixels() => extent_of(before).1,
+            _ => 0,
+        };
+        let is_due = due > self.learned.probes && done < extent_of(due).1;
         if is_due && self.learned.guide.is_some() {
             // There is one place for what comes back.
             self.land(film);
@@ -53,7 +58,7 @@ impl GpuIntegrator {
             let view = self.view;
             let (part, rounds) = extent(&view, PROBES[due - 1].1);
             self.view = part;
-            let probe = self.probe_rounds(rounds, u32::MAX - due as u32 * NUMBERS);
+            let probe = self.probe_rounds(done..rounds, u32::MAX - due as u32 * NUMBERS);
             self.view = view;
             let mut probe = match (probe, &mut self.learned.guide) {
                 (Err(error), Some(guide)) => {
@@ -74,12 +79,13 @@ impl GpuIntegrator {
         Ok(())
     }
 
-    fn probe_rounds(&mut self, rounds: u32, first_batch: u32) -> Result<Probe> {
+    fn probe_rounds(&mut self, rounds: Range<u32>, first_batch: u32) -> Result<Probe> {
         let (mut last, mut room): (Vec<f32>, Vec<f32>) = Default::default();
         let mut sum = Probe { camera_variance: 0.0, light_variance: 0.0, camera_rays: 0.0, light_rays: 0.0 };
         let View { params, bounds } = self.view;
         let size = (params.image_width, params.image_height);
-        for round in 0..rounds {
+        let mut measured = 0.0;
+        for round in rounds.clone() {
             let mut picture = vec![0.0; bounds.pixels()];
             let (mut squares, mut stats) = (0.0, BatchStats::default());
             for tile in self.tiles() {
@@ -96,10 +102,12 @@ impl GpuIntegrator {
                 squares += self.learned.guide.as_ref().map_or(0.0, |g| g.squares);
                 stats += traced.stats;
             }
-            // The tree is of some use from the second half on.
-            if 2 * round >= rounds
+            // The tree is of some use from the second half on. A variance takes two pictures.
+            if 2 * round >= rounds.end
+                && !last.is_empty()
                 && let Some(guide) = &self.learned.guide
             {
+                measured += 1.0;
                 sum.camera_variance += guide.relative_variance(size, bounds, &picture, &last);
                 sum.light_variance += squares;
                 sum.camera_rays += stats.camera_rays as f64 / self.view.pixels();
@@ -107,7 +115,7 @@ impl GpuIntegrator {
             }
             last = picture;
         }
-        let n = f64::from(rounds.div_ceil(2)).floor().max(1.0);
+        let n = f64::max(measured, 1.0);
         Ok(Probe {
             camera_variance: sum.camera_variance / n,
             light_variance: sum.light_variance / n,
