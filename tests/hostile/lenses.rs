@@ -26,8 +26,8 @@ fn use_it(lens: &Prescription) {
 }
 
 #[test]
-fn changed_prescriptions_are_read_or_refused() {
-    let inputs = sweep::count(6_000).min(100_000);
+fn twenty_thousand_changed_prescriptions_are_read_or_refused() {
+    let inputs = sweep::count(20_000).min(100_000);
     let mut random = Random(26);
     let mut accepted = 0;
     for _ in 0..inputs * 7 / 10 {
