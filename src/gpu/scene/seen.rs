@@ -18,9 +18,9 @@ const MOST_TRIANGLES: usize = 2_000_000;
 /// Wavelength by whose index rays are bent, nm.
 const WAVELENGTH: f64 = 550.0;
 
-/// For each shape of the scene that `bends` names the box around the places where rays from the sensor cross it, and where straight lines from what they
-/// arrive at to the lights do. Nothing of a scene that is too large to look at.
-pub(super) fn crossings(scene: &Scene, bends: &[bool]) -> Option<Vec<Bounds>> {
+/// For each shape of the scene that `bends` names the places where rays from the sensor cross it, and where straight lines from what they arrive at to the
+/// lights do. Nothing of a scene that is too large to look at.
+pub(super) fn crossings(scene: &Scene, bends: &[bool]) -> Option<Vec<Vec<DVec3>>> {
     let triangles = |geometry: &Geometry| match geometry {
         Geometry::Mesh(mesh) => mesh.triangles.len(),
         Geometry::Instance(instance) => instance.mesh().triangles.len(),
@@ -32,7 +32,7 @@ pub(super) fn crossings(scene: &Scene, bends: &[bool]) -> Option<Vec<Bounds>> {
     let flattened = scene.flattened();
     let world = World::new(flattened.shapes.iter().map(|s| &s.geometry));
     let lamps = lamps(scene);
-    let mut sight = Sight { scene, bends, world, lamps, crossed: vec![Bounds::EMPTY; scene.shapes.len()] };
+    let mut sight = Sight { scene, bends, world, lamps, crossed: vec![Vec::new(); scene.shapes.len()] };
     match &scene.sensor {
         Sensor::IrradiancePlane { origin, edge_u, edge_v } => {
             for (u, v) in places() {
@@ -93,7 +93,7 @@ struct Sight<'a> {
     bends: &'a [bool],
     world: World,
     lamps: Vec<Lamp>,
-    crossed: Vec<Bounds>,
+    crossed: Vec<Vec<DVec3>>,
 }
 
 impl Sight<'_> {
@@ -102,8 +102,7 @@ impl Sight<'_> {
         let hits = self.world.intersect(ray);
         let first = *hits.first()?;
         for hit in hits.iter().filter(|hit| self.bends[hit.shape]) {
-            let crossed = &mut self.crossed[hit.shape];
-            *crossed = crossed.union(Bounds { min: hit.p, max: hit.p });
+            self.crossed[hit.shape].push(hit.p);
         }
         let on = hits.iter().map(|h| h.prim).collect();
         Some((first, Ray { origin: first.p, dir: ray.dir, t_min: 0.0, on }))

@@ -11,8 +11,9 @@ const MOST: usize = 8;
 const WIDE: f64 = 0.1;
 /// if the radius of that part is less than this share of all of it.
 const SEEN: f64 = 0.25;
-/// Radius of that part over that of the ball around the few places that are known of it.
+/// Radius of that part over the distance from its middle of the places at this rank, of those that are known of it: a view up to the horizon has few far away.
 const MARGIN: f64 = 1.5;
+const RANK: f64 = 0.75;
 /// And its least share of the radius of all.
 const LEAST: f64 = 1e-4;
 /// Radius over that of the next sphere within: light comes from around that part, too, the less the further away.
@@ -55,8 +56,8 @@ impl Targets {
         }
         let Some(crossings) = seen::crossings(scene, &bends) else { return Targets::plain(spheres) };
         let part = |(sphere, body): (&(DVec3, f64), &&[usize])| {
-            let crossed = all(body, &|i| crossings[i]);
-            let (center, radius) = crossed.ball();
+            let crossed: Vec<DVec3> = body.iter().flat_map(|&i| crossings[i].iter().copied()).collect();
+            let (center, radius) = middle(&crossed);
             let radius = (MARGIN * radius).max(LEAST * sphere.1);
             if is_large(sphere) && !crossed.is_empty() && radius < SEEN * sphere.1 { (center, radius) } else { *sphere }
         };
@@ -79,6 +80,16 @@ impl Targets {
     }
 }
 
+/// Median of each coordinate, and the distance from there at [`RANK`].
+fn middle(places: &[DVec3]) -> (DVec3, f64) {
+    let at = |rank: f64, mut values: Vec<f64>| {
+        let last = values.len().saturating_sub(1);
+        if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by((rank * last as f64) as usize, f64::total_cmp).1 }
+    };
+    let center = DVec3::from_array([0, 1, 2].map(|axis| at(0.5, places.iter().map(|p| p[axis]).collect())));
+    (center, at(RANK, places.iter().map(|p| p.distance(center)).collect()))
+}
+
 /// Whether all of a sphere is before the camera and in its picture.
 fn is_in_view(scene: &Scene, (center, radius): (DVec3, f64)) -> bool {
     let aspect = f64::from(scene.film.width) / f64::from(scene.film.height);
@@ -96,15 +107,15 @@ mod tests {
     use crate::scene::{LoadOptions, load_str};
     use std::path::Path;
 
-    /// Of a lake `width` metres wide, of which a camera looks at a square metre about (x, 0, 0), from 2 m above.
-    fn targets(width: f64, x: f64) -> Targets {
+    /// Of a lake `width` metres wide.
+    fn targets(width: f64, camera: serde_json::Value) -> Targets {
         let sheet = |y: f64| {
             let h = 0.5 * width;
             serde_json::json!({"corner": [-h, y, h], "edge_u": [width, 0, 0], "edge_v": [0, 0, -width]})
         };
         let scene = serde_json::json!({
             "film": {"width": 8, "height": 8, "range_nm": [400, 700], "bins": 1},
-            "camera": {"orthographic": {"eye": [x, 2, 0], "target": [x, 0, 0], "up": [0, 0, -1], "height": 1}},
+            "camera": camera,
             "materials": {"water": {"dielectric": {"ior": 1.5}}, "mud": {"diffuse": {"reflectance": 0.5}}},
             "shapes": [{"quad": sheet(0.0), "material": "water"}, {"quad": sheet(-3.0), "material": "mud"}],
             "lights": [{"sun": {"direction": [0.6, -0.8, 0], "angle_deg": 0.53, "irradiance": 1}}],
@@ -113,9 +124,23 @@ mod tests {
         Targets::new(&scene, true)
     }
 
+    /// A square metre about (x, 0, 0) from above.
+    fn above(x: f64) -> serde_json::Value {
+        serde_json::json!({"orthographic": {"eye": [x, 2, 0], "target": [x, 0, 0], "up": [0, 0, -1], "height": 1}})
+    }
+
+    #[test]
+    fn of_a_view_up_to_the_horizon_what_is_near_counts() {
+        let camera = serde_json::json!({"perspective": {"eye": [0, 1.7, 0], "target": [0, 1.5, -5], "vfov_deg": 40}});
+        let lake = targets(1000.0, camera);
+        let (center, radius) = lake.parts[0];
+        // The lower edge of the picture is 4.3 m away, and half of the water's rows are nearer than 9 m.
+        assert!(lake.nested && radius < 50.0 && center.distance(DVec3::new(0.0, 0.0, -9.0)) < radius, "{lake:?}");
+    }
+
     #[test]
     fn of_something_wide_the_part_that_is_looked_through_counts() {
-        let lake = targets(1000.0, 10.0);
+        let lake = targets(1000.0, above(10.0));
         assert!(lake.nested);
         let [(center, radius)] = lake.parts[..] else { panic!("{lake:?}") };
         // Straight lines from the ground to the sun cross the water 2.25 m west of where it is looked through.
@@ -128,7 +153,7 @@ mod tests {
 
     #[test]
     fn of_a_pond_all_counts() {
-        let pond = targets(12.0, 4.0);
+        let pond = targets(12.0, above(4.0));
         assert!(!pond.nested && pond.spheres == pond.parts, "{pond:?}");
         assert!((pond.spheres[0].1 - 6.0 * 2f64.sqrt()).abs() < 1e-9);
     }
