@@ -5,20 +5,16 @@
 //! bright by chance is spread like any other.
 
 use super::planes::{Size, box_mean, plane};
+use super::rows::{self, COLUMNS, LANES, RADIUS, SIDE, WIDTHS};
+use super::tile::{self, HEIGHT, MARGIN, Tile, WIDTH, Window};
 use rayon::prelude::*;
+use std::array::from_fn;
 
-/// Pixels to every side that a pixel may be like.
-const RADIUS: usize = 9;
-const SIDE: usize = 2 * RADIUS + 1;
-/// Offsets of these from it.
-const OFFSETS: usize = SIDE * SIDE;
-/// Rows that a core takes at a time.
-const ROWS: usize = 8;
 /// Variances vary from pixel to pixel as batches have them; how large they are is measured over squares of twice this and one pixels.
 const SCALE_RADIUS: usize = 4;
-/// What a feature, whose range is 1, may differ by even where it has no noise; and noise that is a multiple of its deviation.
-const FEATURE_SPREAD: f32 = 0.06;
-const FEATURE_DEVIATIONS: f32 = 6.0;
+
+/// Planes of both halves.
+pub type Halves = [Vec<Vec<f32>>; 2];
 
 /// A plane that distances are measured in.
 #[derive(Debug)]
@@ -59,175 +55,140 @@ impl Feature {
     }
 }
 
-/// What weights are made of.
+/// What weights are made of; patches have `PATCH` pixels to every side, 2 at most.
 #[derive(Debug)]
-pub struct Kernel<'a> {
+pub struct Kernel<'a, const PATCH: usize> {
     /// Pixels.
     pub size: Size,
     /// Where patches are compared.
     pub guides: &'a [Guide],
     /// What must be alike, too.
     pub features: &'a [&'a Feature],
-    /// Pixels to every side that belong to a patch.
-    pub patch: usize,
     /// Differences count the less, the larger these: k of the paper, a picture for each.
-    pub widths: &'a [f32],
+    pub widths: [f32; WIDTHS],
 }
 
-/// Filtered values, of both halves.
-pub type Halves = [Vec<f32>; 2];
+/// Tiles of `SIDE` offsets in a row.
+type Row = Vec<Tile>;
+/// Sums of a tile, for each of the widths.
+type Sums = [[[[f32; LANES]; WIDTHS]; WIDTH / LANES]; HEIGHT];
 
-impl Kernel<'_> {
-    /// Filters both halves of `data`, `[pixel][channel]`, once for each of the widths; all channels by the same weights.
-    pub fn filter(&self, data: &Halves, channels: usize) -> Vec<Halves> {
-        let row = self.size.width * channels;
-        let mut filtered: Vec<Halves> = self.widths.iter().map(|_| [0, 1].map(|_| vec![0.0; row * self.size.height])).collect();
-        let mut strips: Vec<Vec<[&mut [f32]; 2]>> = (0..self.size.height.div_ceil(ROWS)).map(|_| Vec::new()).collect();
-        for [a, b] in &mut filtered {
-            for (strip, (a, b)) in strips.iter_mut().zip(a.chunks_mut(ROWS * row).zip(b.chunks_mut(ROWS * row))) {
-                strip.push([a, b]);
-            }
+impl<const PATCH: usize> Kernel<'_, PATCH> {
+    /// Filters both halves of `planes` relative to those of `base`, once for each of the widths; all planes by the same weights.
+    pub fn filter(&self, planes: &Halves, base: [&[f32]; 2]) -> [Halves; WIDTHS] {
+        let Size { width, height } = self.size;
+        let mut filtered: [Halves; WIDTHS] =
+            from_fn(|_| [0, 1].map(|half| planes[half].iter().map(|_| vec![0.0; self.size.pixels()]).collect()));
+        let mut strips: Vec<Vec<&mut [f32]>> = (0..height.div_ceil(HEIGHT)).map(|_| Vec::new()).collect();
+        for plane in filtered.iter_mut().flatten().flatten() {
+            strips.iter_mut().zip(plane.chunks_mut(HEIGHT * width)).for_each(|(strip, rows)| strip.push(rows));
         }
-        strips.into_par_iter().enumerate().for_each(|(i, mut out)| {
-            let rows = ROWS.min(self.size.height - i * ROWS);
-            let seen = self.feature_distances(i * ROWS, rows);
-            for half in 0..2 {
-                let distances = self.distances(1 - half, i * ROWS, rows);
-                let mut out: Vec<&mut [f32]> = out.iter_mut().map(|halves| &mut *halves[half]).collect();
-                self.apply((&distances, &seen), &data[half], channels, i * ROWS, &mut out);
+        strips.into_par_iter().enumerate().for_each(|(i, mut strip)| {
+            for x in (0..width).step_by(WIDTH) {
+                let mut rows = strip.iter_mut();
+                let sums = self.tile_sums(planes, base, (x, i * HEIGHT));
+                for k in 0..WIDTHS {
+                    for (half, base) in base.iter().enumerate() {
+                        let (of_base, sums) = sums[half].split_last().expect("the last is the base");
+                        for (sums, rows) in sums.iter().zip(&mut rows) {
+                            for (y, row) in rows.chunks_exact_mut(width).enumerate() {
+                                let base = &base[(i * HEIGHT + y) * width + x..];
+                                for (at, (out, base)) in row[x..].iter_mut().zip(base).take(WIDTH).enumerate() {
+                                    // The pixel itself has a weight of 1.
+                                    let of = |sums: &Sums| sums[y][at / LANES][k][at % LANES];
+                                    *out = of(sums) / of(of_base) * base;
+                                }
+                            }
+                        }
+                    }
+                }
             }
         });
         filtered
     }
 
-    /// Weighted means over the surroundings of the pixels of some rows, for each of the widths.
-    fn apply(
-        &self,
-        (distances, seen): (&[f32], &[f32]),
-        data: &[f32],
-        channels: usize,
-        first_row: usize,
-        out: &mut [&mut [f32]],
-    ) {
-        let Size { width, height } = self.size;
-        let pixels = ROWS.min(height - first_row) * width;
-        let scales: Vec<f32> = self.widths.iter().map(|width| width.powi(-2)).collect();
-        let least = scales.iter().copied().fold(f32::INFINITY, f32::min);
-        let mut totals = vec![0.0; scales.len()];
-        for i in 0..pixels {
-            let (pixel, at) = (first_row * width + i, i * channels..(i + 1) * channels);
-            totals.fill(0.0);
-            for offset in 0..OFFSETS {
-                let (distance, seen) = (distances[offset * pixels + i], seen[offset * pixels + i]);
-                // Most are like nothing, whatever the width; so are those outside the picture.
-                if distance * least + seen >= FALLEN {
-                    continue;
-                }
-                let other = pixel + offset / SIDE * width + offset % SIDE - RADIUS * (width + 1);
-                let values = &data[other * channels..(other + 1) * channels];
-                for ((out, total), scale) in out.iter_mut().zip(&mut totals).zip(&scales) {
-                    let weight = falling(distance * scale + seen);
-                    *total += weight;
-                    out[at.clone()].iter_mut().zip(values).for_each(|(sum, v)| *sum += weight * v);
-                }
-            }
-            // The pixel itself has a weight of 1.
-            for (out, total) in out.iter_mut().zip(&totals) {
-                out[at.clone()].iter_mut().for_each(|sum| *sum /= total);
+    /// Weighted sums over the surroundings of the pixels of the tile at `corner`, of both halves of all planes and of the base.
+    fn tile_sums(&self, planes: &Halves, base: [&[f32]; 2], corner: (usize, usize)) -> [Vec<Sums>; 2] {
+        let window = |plane: &[f32]| Window::new(self.size, plane, corner);
+        let guides: Vec<_> =
+            self.guides.iter().map(|g| ([0, 1].map(|half| window(&g.halves[half])), window(&g.variance))).collect();
+        let features: Vec<_> = self.features.iter().map(|feature| (window(&feature.mean), window(&feature.variance))).collect();
+        let outside = Window::outside(self.size, corner);
+        let data = [0, 1].map(|half| {
+            let planes = planes[half].iter().map(|plane| window(plane));
+            planes.chain([window(base[half])]).collect::<Vec<Window>>()
+        });
+        let mut sums = [0, 1].map(|half| vec![[[[[0.0; LANES]; WIDTHS]; WIDTH / LANES]; HEIGHT]; data[half].len()]);
+        let mut seen = vec![[[0.0; WIDTH]; HEIGHT]; SIDE];
+        let mut distances = [seen.clone(), seen.clone()];
+        for dy in 0..SIDE {
+            feature_distances(&features, &outside, dy, &mut seen);
+            self.distances(&guides, dy, &mut distances);
+            for (half, sums) in sums.iter_mut().enumerate() {
+                self.add(&distances[1 - half], &seen, &data[half], dy, sums);
             }
         }
+        sums
     }
 
-    /// Columns of a row, and where those lie that are `offset` away; none where that row is outside the picture.
-    fn pairs(&self, y: usize, offset: usize) -> Option<(usize, usize, usize)> {
-        let Size { width, height } = self.size;
-        let (dy, dx) = (offset / SIDE, offset % SIDE);
-        let other = (y + dy).checked_sub(RADIUS).filter(|&row| row < height)?;
-        let first = RADIUS.saturating_sub(dx);
-        let end = (width + RADIUS).saturating_sub(dx).min(width);
-        (first < end).then(|| (first, end, other * width + first + dx - RADIUS))
-    }
-
-    /// How far patches are apart, `[offset][pixel]` of some rows, by one half: mean over guides, each counting from 0 on.
-    fn distances(&self, half: usize, first_row: usize, rows: usize) -> Vec<f32> {
-        let Size { width, height } = self.size;
-        let (patch, pixels) = (self.patch, rows * width);
-        let mut distances = vec![0.0; OFFSETS * pixels];
-        let mut row = vec![0.0; width];
-        let mut across = vec![0.0; (rows + 2 * patch) * width];
-        let share = 1.0 / (2 * patch + 1).pow(2) as f32;
+    /// How far patches are apart from those `dy` rows and any columns away, of both halves: mean over guides, each counting from 0 on.
+    fn distances(&self, guides: &[([Window; 2], Window)], dy: usize, distances: &mut [Row; 2]) {
         // Differences of many guides that are small and alike are one that is not.
-        let weight = 1.0 / (self.guides.len() as f32).sqrt();
-        for (offset, distances) in distances.chunks_exact_mut(pixels).enumerate() {
-            for guide in self.guides {
-                let (values, variance) = (&guide.halves[half], &guide.variance);
-                for (i, across) in across.chunks_exact_mut(width).enumerate() {
-                    let y = (first_row + i).saturating_sub(patch).min(height - 1);
-                    row.fill(0.0);
-                    if let Some((first, end, other)) = self.pairs(y, offset) {
-                        let (p, q) = (y * width + first..y * width + end, other..other + end - first);
-                        let of_p = values[p.clone()].iter().zip(&variance[p]);
-                        let of_q = values[q.clone()].iter().zip(&variance[q]);
-                        for ((out, (u, v)), (other_u, other_v)) in row[first..end].iter_mut().zip(of_p).zip(of_q) {
-                            // A dark pixel that is known to be dark is not like a noisy bright one, whatever the noise of that.
-                            let noise = v + v.min(*other_v);
-                            *out = ((u - other_u).powi(2) - noise) / (f32::MIN_POSITIVE + noise);
-                        }
+        let weight = 1.0 / ((guides.len() as f32).sqrt() * (2 * PATCH + 1).pow(2) as f32);
+        distances.iter_mut().flatten().flatten().for_each(|row| row.fill(0.0));
+        let mut across = [[[0.0; WIDTH]; tile::ROWS]; 2];
+        let (mut noise, mut share, mut apart) = ([0.0; COLUMNS], [0.0; COLUMNS], [0.0; COLUMNS]);
+        for (values, variance) in guides {
+            for dx in 0..SIDE {
+                for i in 0..HEIGHT + 2 * PATCH {
+                    let (row, column) = (MARGIN - PATCH + i, MARGIN - PATCH);
+                    let (other_row, other_column) = (row + dy - RADIUS, column + dx - RADIUS);
+                    rows::add_noise(variance.at(row, column), variance.at(other_row, other_column), &mut noise, &mut share);
+                    for (values, across) in values.iter().zip(&mut across) {
+                        rows::compare(values.at(row, column), values.at(other_row, other_column), &noise, &share, &mut apart);
+                        rows::sum_across::<PATCH>(&apart, &mut across[i]);
                     }
-                    sum_across(&row, patch, across);
                 }
-                for (i, distances) in distances.chunks_exact_mut(width).enumerate() {
-                    let mut rows = across[i * width..(i + 2 * patch + 1) * width].chunks_exact(width);
-                    rows.next().into_iter().for_each(|first| row.copy_from_slice(first));
-                    rows.for_each(|more| row.iter_mut().zip(more).for_each(|(sum, v)| *sum += v));
-                    distances.iter_mut().zip(&row).for_each(|(distance, sum)| *distance += (share * sum).max(0.0) * weight);
-                }
-            }
-        }
-        distances
-    }
-
-    /// How much what is seen differs, likewise: the feature that differs most. Infinite for what is not in the picture.
-    fn feature_distances(&self, first_row: usize, rows: usize) -> Vec<f32> {
-        let Size { width, .. } = self.size;
-        let mut distances = vec![f32::INFINITY; OFFSETS * rows * width];
-        for (offset, distances) in distances.chunks_exact_mut(rows * width).enumerate() {
-            for (i, distances) in distances.chunks_exact_mut(width).enumerate() {
-                let y = first_row + i;
-                let Some((first, end, other)) = self.pairs(y, offset) else { continue };
-                let (p, q) = (y * width + first..y * width + end, other..other + end - first);
-                distances[first..end].fill(0.0);
-                for Feature { mean, variance } in self.features {
-                    let of_p = mean[p.clone()].iter().zip(&variance[p.clone()]);
-                    let of_q = mean[q.clone()].iter().zip(&variance[q.clone()]);
-                    for ((out, (u, v)), (other_u, other_v)) in distances[first..end].iter_mut().zip(of_p).zip(of_q) {
-                        let noise = v + v.min(*other_v);
-                        let spread = (FEATURE_DEVIATIONS * FEATURE_DEVIATIONS * noise).max(FEATURE_SPREAD * FEATURE_SPREAD);
-                        *out = out.max(((u - other_u).powi(2) - noise) / spread);
+                for (across, distances) in across.iter().zip(distances.iter_mut()) {
+                    for (y, distances) in distances[dx].iter_mut().enumerate() {
+                        rows::add_down::<PATCH>(&across[y..], weight, distances);
                     }
                 }
             }
         }
-        distances
+    }
+
+    /// Adds what pixels `dy` rows away contribute to weighted sums of `data`.
+    fn add(&self, distances: &[Tile], seen: &[Tile], data: &[Window], dy: usize, sums: &mut [Sums]) {
+        let scales = self.widths.map(|k| k.powi(-2));
+        let mut weights = [[[0.0; LANES]; WIDTHS]; SIDE];
+        for y in 0..HEIGHT {
+            for block in 0..WIDTH / LANES {
+                let x = block * LANES;
+                for (dx, weights) in weights.iter_mut().enumerate() {
+                    rows::weigh(&distances[dx][y][x..], &seen[dx][y][x..], &scales, weights);
+                }
+                for (data, sums) in data.iter().zip(sums.iter_mut()) {
+                    rows::add_weighted(&weights, data.at(MARGIN + y + dy - RADIUS, MARGIN + x - RADIUS), &mut sums[y][block]);
+                }
+            }
+        }
     }
 }
 
-/// Sums over 2 `radius` + 1 neighbours in a row.
-fn sum_across(row: &[f32], radius: usize, sums: &mut [f32]) {
-    sums.copy_from_slice(row);
-    let width = row.len();
-    for shift in 1..=radius.min(width.saturating_sub(1)) {
-        sums[shift..].iter_mut().zip(row).for_each(|(sum, v)| *sum += v);
-        sums[..width - shift].iter_mut().zip(&row[shift..]).for_each(|(sum, v)| *sum += v);
+/// How much what is seen differs, likewise: the feature that differs most. Infinite for what is not in the picture.
+fn feature_distances(features: &[(Window, Window)], outside: &Window, dy: usize, distances: &mut [Tile]) {
+    for (dx, distances) in distances.iter_mut().enumerate() {
+        for (y, distances) in distances.iter_mut().enumerate() {
+            let (row, other_row, other_column) = (MARGIN + y, MARGIN + y + dy - RADIUS, MARGIN + dx - RADIUS);
+            *distances = *outside.at(other_row, other_column);
+            for (mean, variance) in features {
+                rows::compare_seen(
+                    (mean.at(row, MARGIN), variance.at(row, MARGIN)),
+                    (mean.at(other_row, other_column), variance.at(other_row, other_column)),
+                    distances,
+                );
+            }
+        }
     }
-}
-
-/// From here on [`falling`] is 0.
-const FALLEN: f32 = 8.0;
-
-/// exp(-x), nearly.
-fn falling(x: f32) -> f32 {
-    let base = (1.0 - x / FALLEN).max(0.0);
-    let fourth = base * base * (base * base);
-    fourth * fourth
 }

@@ -5,16 +5,18 @@
 //! estimated from the halves alone ([`select`]; after Bitterli et al. 2016): caustic edges and glints stay as they came where nothing else is like them. The
 //! same estimates, bias included, are the errors that are told of the result.
 //!
-//! 512 x 512 pixels of 20 bins take 30 s of CPU time, shared by all cores. Ten scenes (eight of `scenes/compare` at 64 x 64 pixels, `lens` and `rainbow` at
-//! 160 x 120) of 40 samples, against 10 to 16 times as many of another seed: relMSE of bins .28 times what it was, of luminance .39 (geometric means; the worst
-//! .99 and .81), and two errors cover 94 % of the bins and more in each.
+//! 512 x 512 pixels of 20 bins take 10 s of CPU time, files read and written, shared by all cores; tiles and rows are [`tile`] and [`rows`], and the result does
+//! not depend on the number of cores. What it gains is measured in `src/README.md`.
 //!
 //! Nothing is assumed of how the noise of bins or pixels hangs together: paths share wavelengths, and points at which light is gathered share photons.
 
 pub mod filter;
 pub mod kernel;
 pub mod planes;
+pub mod rows;
 pub mod select;
+pub mod tile;
+
 #[cfg(test)]
 mod tests;
 
@@ -50,20 +52,19 @@ pub fn denoise(image: &SpectralImage, exposure: f64) -> Result<SpectralImage, St
         return Err("it is denoised already".to_string());
     }
     let filtered = noisy(image)?.filter();
-    let (bins, channels) = (image.bins(), image.bins() + 3);
-    let of = |values: &[f32], c: usize| values.iter().skip(c).step_by(channels).copied().collect::<Vec<f32>>();
+    let bins = image.bins();
     let gain = exposure.exp2() / xyz_of_unit(Observer::Cie1931)[1];
     let preview = |c: usize| {
-        let rgb = |v: &[f32]| linear_srgb_of_xyz([v[bins], v[bins + 1], v[bins + 2]].map(|v| f64::from(v) * gain))[c];
-        filtered.mean.chunks_exact(channels).map(|v| rgb(v).clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32).collect()
+        let rgb = |p: usize| linear_srgb_of_xyz([0, 1, 2].map(|i| f64::from(filtered.mean[bins + i][p]) * gain))[c];
+        (0..image.width * image.height).map(|p| rgb(p).clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32).collect()
     };
     let error_names: Vec<String> = image.wavelengths_nm.iter().map(|nm| error_channel_name(*nm)).collect();
     let other = |(name, values): &(String, Vec<f32>)| {
         let values = match (XYZ.iter().position(|n| n == name), ["R", "G", "B"].iter().position(|n| n == name)) {
-            (Some(i), _) => of(&filtered.mean, bins + i),
+            (Some(i), _) => filtered.mean[bins + i].clone(),
             (_, Some(c)) => preview(c),
-            _ if name == "error.Y" => of(&filtered.error, bins + 1),
-            _ => error_names.iter().position(|n| n == name).map_or_else(|| values.clone(), |b| of(&filtered.error, b)),
+            _ if name == "error.Y" => filtered.error[bins + 1].clone(),
+            _ => error_names.iter().position(|n| n == name).map_or(values, |b| &filtered.error[b]).clone(),
         };
         (!name.starts_with("half.")).then(|| (name.clone(), values))
     };
@@ -75,7 +76,7 @@ pub fn denoise(image: &SpectralImage, exposure: f64) -> Result<SpectralImage, St
         "S0, XYZ and RGB are filtered; errors are root mean square errors, bias included".to_string(),
     ));
     attributes.sort();
-    let data = filtered.mean.chunks_exact(channels).flat_map(|values| values[..bins].iter().copied()).collect();
+    let data = (0..image.width * image.height).flat_map(|p| filtered.mean[..bins].iter().map(move |plane| plane[p])).collect();
     let mut denoised = image.clone();
     denoised.others = image.others.iter().filter_map(other).collect();
     (denoised.data, denoised.attributes) = (data, attributes);
@@ -89,26 +90,21 @@ fn noisy(image: &SpectralImage) -> Result<Noisy, String> {
     }
     let other = |name: &str| image.other(name).ok_or_else(|| format!("it has no {name}, which the denoiser needs"));
     let half = |name: &str| other(&half_channel_name(name));
-    let bins = || image.wavelengths_nm.iter();
-    let xyz = XYZ.iter().map(|name| other(name)).collect::<Result<Vec<_>, _>>()?;
-    let halves = bins().map(|nm| half(&channel_name(*nm))).chain(XYZ.iter().map(|name| half(name)));
-    let halves = halves.collect::<Result<Vec<_>, _>>()?;
-    let errors = bins().map(|nm| other(&error_channel_name(*nm))).collect::<Result<Vec<_>, _>>()?;
-    let feature = |(name, color): &(&str, bool)| Ok((other(name)?.to_vec(), half(name)?.to_vec(), *color));
-    let features = FEATURES.iter().map(feature).collect::<Result<Vec<_>, String>>()?;
-    let size = Size { width: image.width, height: image.height };
-    let interleaved = |planes: &[&[f32]]| (0..size.pixels()).flat_map(|p| planes.iter().map(move |plane| plane[p])).collect();
-    let noisy = Noisy {
-        size,
-        bins: image.bins(),
-        mean: (0..size.pixels())
-            .flat_map(|p| image.pixel(p).iter().copied().chain(xyz.iter().map(move |plane| plane[p])))
-            .collect(),
-        half: interleaved(&halves),
-        error: (interleaved(&errors), other("error.Y")?.to_vec()),
-        features,
+    let planes = |names: &mut dyn Iterator<Item = String>| {
+        names.map(|name| other(&name).map(<[f32]>::to_vec)).collect::<Result<Vec<_>, String>>()
     };
-    let mut values = noisy.mean.iter().chain(&noisy.half).chain(&noisy.error.0).chain(&noisy.error.1);
+    let xyz = || XYZ.iter().map(|name| (*name).to_string());
+    let colors = image.wavelengths_nm.iter().map(|nm| channel_name(*nm)).chain(xyz());
+    let feature = |(name, color): &(&str, bool)| Ok((other(name)?.to_vec(), half(name)?.to_vec(), *color));
+    let bin = |bin: usize| image.data.iter().skip(bin).step_by(image.bins()).copied().collect::<Vec<f32>>();
+    let noisy = Noisy {
+        size: Size { width: image.width, height: image.height },
+        mean: (0..image.bins()).map(bin).chain(planes(&mut xyz())?).collect(),
+        half: planes(&mut colors.map(|name| half_channel_name(&name)))?,
+        error: planes(&mut image.wavelengths_nm.iter().map(|nm| error_channel_name(*nm)).chain(["error.Y".to_string()]))?,
+        features: FEATURES.iter().map(feature).collect::<Result<_, String>>()?,
+    };
+    let mut values = noisy.mean.iter().chain(&noisy.half).chain(&noisy.error).flatten();
     match values.all(|v| v.is_finite()) {
         true => Ok(noisy),
         // So are the errors of a single batch.

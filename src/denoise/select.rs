@@ -8,7 +8,7 @@
 //! variances, nor of how much pixels share their noise. A single pixel's estimate says little; means over squares of pixels do.
 
 use super::kernel::Halves;
-use super::planes::{Size, box_mean, mean, plane};
+use super::planes::{Size, add, box_mean, mean, plane};
 
 /// Pixels to every side over which estimates of bias and of noise are averaged for the errors that are told. Smaller squares leave more pixels uncovered:
 /// an estimate of bias varies as the noise of what is not filtered.
@@ -17,6 +17,10 @@ const ERROR_RADIUS: usize = 8;
 /// several looks better than it is: squared errors are larger than the halves say by this factor, so that two errors cover nine tenths of the pixels, of
 /// noise that is known as of renders.
 const WEIGHTS_KNOW: f32 = 3.0;
+
+/// Where one half of the samples alone has wavelengths of a bin, all pixels around share that, and the product of the halves says that there is no light. What
+/// errors are relative to is not less than this part of the square of what is seen around: a hundred times too heavy, not a hundred thousand.
+const LEAST_SQUARE: f32 = 0.01;
 
 /// Where candidates are compared, and what it takes not to be filtered: estimates vary, and the least of several is the least by chance where all are noisy.
 #[derive(Debug, Clone, Copy)]
@@ -29,20 +33,20 @@ pub struct Comparison {
     pub factor: f32,
 }
 
-/// Values of one channel: means of both halves and half their difference.
+/// Planes: means of both halves and half their difference.
 #[derive(Debug, Clone, Copy)]
 pub struct Raw<'a> {
-    /// Means `[pixel][channel]`.
-    pub mean: &'a [f32],
+    /// Means.
+    pub mean: &'a [Vec<f32>],
     /// Half the difference of the halves.
-    pub half: &'a [f32],
-    /// Channels of both.
-    pub channels: usize,
+    pub half: &'a [Vec<f32>],
 }
 
 impl Raw<'_> {
-    fn halves(&self, at: usize) -> [f32; 2] {
-        [self.mean[at] + self.half[at], self.mean[at] - self.half[at]]
+    /// What both halves have of a plane.
+    pub fn halves(&self, plane: usize, pixel: usize) -> [f32; 2] {
+        let (mean, half) = (self.mean[plane][pixel], self.half[plane][pixel]);
+        [mean + half, mean - half]
     }
 }
 
@@ -55,28 +59,22 @@ fn product([fa, fb]: [f32; 2], [a, b]: [f32; 2]) -> f32 {
 }
 
 /// For each of the `candidates`, the raw halves being the first, shares of pixels that blend them: those with the least mean squared errors of the first
-/// `compared` channels relative to their square (and to a hundredth of the mean's), compared as `comparison` has it.
+/// `compared` planes relative to their square (and to a hundredth of the mean's), compared as `comparison` has it.
 pub fn shares(size: Size, raw: Raw<'_>, candidates: &[Halves], compared: usize, comparison: Comparison) -> Vec<Vec<f32>> {
-    let channels = raw.channels;
     let mut errors = vec![vec![0.0; size.pixels()]; candidates.len() + 1];
     for c in 0..compared {
-        let floor = 0.01 * mean(&plane(size, |p| raw.mean[p * channels + c])).powi(2);
-        let squares = |p: usize| (raw.mean[p * channels + c].powi(2), raw.half[p * channels + c].powi(2));
+        let floor = 0.01 * mean(&raw.mean[c]).powi(2);
+        let squares = |p: usize| (raw.mean[c][p].powi(2), raw.half[c][p].powi(2));
         // Unbiased of the surroundings, but where nothing was found nothing is.
         let around = box_mean(&plane(size, |p| squares(p).0 - squares(p).1), size, 1);
-        let scale = plane(size, |p| 1.0 / (around[p].clamp(0.0, squares(p).0 + squares(p).1) + floor).max(f32::MIN_POSITIVE));
-        for (i, errors) in errors.iter_mut().enumerate() {
-            let error = |p: usize| {
-                let (at, raw) = (p * channels + c, raw.halves(p * channels + c));
-                match i.checked_sub(1) {
-                    None => comparison.factor * noise(raw),
-                    Some(i) => {
-                        let filtered = [candidates[i][0][at], candidates[i][1][at]];
-                        noise(filtered) + product(filtered, raw)
-                    }
-                }
-            };
-            errors.iter_mut().zip(plane(size, |p| scale[p] * error(p))).for_each(|(sum, error)| *sum += error);
+        let near = box_mean(&raw.mean[c], size, 1);
+        let square = |p: usize| around[p].max(LEAST_SQUARE * near[p].powi(2)).clamp(0.0, squares(p).0 + squares(p).1);
+        let scale = plane(size, |p| 1.0 / (square(p) + floor).max(f32::MIN_POSITIVE));
+        let (first, others) = errors.split_first_mut().expect("raw halves are the first");
+        add(first, |p| comparison.factor * scale[p] * noise(raw.halves(c, p)));
+        for (errors, [a, b]) in others.iter_mut().zip(candidates) {
+            let (a, b) = (&a[c], &b[c]);
+            add(errors, |p| scale[p] * (noise([a[p], b[p]]) + product([a[p], b[p]], raw.halves(c, p))));
         }
     }
     let around = |radius: usize| errors.iter().map(|errors| box_mean(errors, size, radius)).collect::<Vec<Vec<f32>>>();
@@ -93,27 +91,22 @@ pub fn shares(size: Size, raw: Raw<'_>, candidates: &[Halves], compared: usize, 
 
 /// The raw halves and `candidates`, blended.
 pub fn blend(size: Size, raw: Raw<'_>, candidates: &[Halves], shares: &[Vec<f32>]) -> Halves {
-    [0, 1].map(|half| {
-        let whole = Size { width: size.width * raw.channels, ..size };
-        plane(whole, |at| {
-            let pixel = at / raw.channels;
-            let filtered = candidates.iter().zip(&shares[1..]).map(|(candidate, share)| share[pixel] * candidate[half][at]);
-            shares[0][pixel] * raw.halves(at)[half] + filtered.sum::<f32>()
+    let blended = |half: usize, c: usize| {
+        plane(size, |p| {
+            let filtered = candidates.iter().zip(&shares[1..]).map(|(candidate, share)| share[p] * candidate[half][c][p]);
+            shares[0][p] * raw.halves(c, p)[half] + filtered.sum::<f32>()
         })
-    })
+    };
+    [0, 1].map(|half| (0..raw.mean.len()).map(|c| blended(half, c)).collect())
 }
 
-/// Root mean square errors of the mean of two `filtered` halves, `[pixel][channel]`.
-pub fn errors(size: Size, raw: Raw<'_>, filtered: &Halves) -> Vec<f32> {
-    let mut errors = vec![0.0; size.pixels() * raw.channels];
-    for c in 0..raw.channels {
-        let at = |p: usize| p * raw.channels + c;
-        let of = |p: usize| [filtered[0][at(p)], filtered[1][at(p)]];
+/// Root mean square errors of the mean of two `filtered` halves, plane by plane.
+pub fn errors(size: Size, raw: Raw<'_>, [a, b]: &Halves) -> Vec<Vec<f32>> {
+    let error = |c: usize| {
+        let of = |p: usize| [a[c][p], b[c][p]];
         let noise = box_mean(&plane(size, |p| noise(of(p))), size, ERROR_RADIUS);
-        let bias = box_mean(&plane(size, |p| product(of(p), raw.halves(at(p)))), size, ERROR_RADIUS);
-        for (p, (noise, bias)) in noise.iter().zip(&bias).enumerate() {
-            errors[at(p)] = (WEIGHTS_KNOW * (noise + bias.max(0.0))).sqrt();
-        }
-    }
-    errors
+        let bias = box_mean(&plane(size, |p| product(of(p), raw.halves(c, p))), size, ERROR_RADIUS);
+        plane(size, |p| (WEIGHTS_KNOW * (noise[p] + bias[p].max(0.0))).sqrt())
+    };
+    (0..raw.mean.len()).map(error).collect()
 }
