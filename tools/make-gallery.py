@@ -15,19 +15,21 @@ from PIL import Image
 SCENES = pathlib.Path(__file__).parent.parent / "scenes"
 # Size, and seconds of rendering.
 PICTURES = {
-    "lens": ("960x540", 240),
-    "prism_dark": ("800x450", 70),
-    "coffee": ("640x480", 60),
-    "rainbow": ("640x480", 50),
-    "gem": ("512x512", 60),
-    "bunny_light": ("512x512", 50),
-    "prism": ("512x512", 50),
-    "newton": ("640x480", 50),
-    "fog": ("512x512", 50),
-    "barrel": ("512x512", 50),
-    "cornell_spheres": ("512x512", 35),
-    "cornell_spheres_dispersed": ("512x512", 35),
-    "nephroid": ("512x512", 25),
+    "prism": ("640x480", 120),
+    "prism_dark": ("800x450", 120),
+    "rainbow": ("640x480", 120),
+    "coffee": ("640x480", 120),
+    "pool": ("640x480", 180),
+    "gem": ("640x480", 120),
+    "newton": ("640x480", 120),
+    "bunny_light": ("640x480", 120),
+    "fog": ("640x480", 180),
+    "barrel": ("640x480", 180),
+    "cornell_spheres": ("640x480", 90),
+    "cornell_spheres_dispersed": ("640x480", 90),
+    "nephroid": ("640x480", 60),
+    "starter": ("640x480", 90),
+    "lens": ("1280x720", 600),
 }
 
 
