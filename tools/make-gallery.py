@@ -33,8 +33,9 @@ PICTURES = {
 }
 
 
-def samples(abbe, file):
-    return json.loads(subprocess.run([abbe, "info", "--json", file], check=True, capture_output=True, text=True).stdout)["abbe.samples"]
+def said(abbe, file):
+    """What the render wrote about itself."""
+    return json.loads(subprocess.run([abbe, "info", "--json", file], check=True, capture_output=True, text=True).stdout)
 
 
 def main():
@@ -47,7 +48,9 @@ def main():
             subprocess.run([abbe, "render", SCENES / f"{name}.json", *options, "--quiet", "-o", exr], check=True)
             picture = Image.open(f"{folder}/{name}.denoised.png").convert("RGB")
             picture.save(SCENES / f"pictures/{name}.jpg", quality=90, optimize=True)
-            print(f"| `{name}` | `{' '.join(options)}` | {samples(abbe, exr)} |", flush=True)
+            about = said(abbe, exr)
+            row = [f"`{name}`", f"`{' '.join(options)}`", f"{float(about['abbe.seconds']):.0f}", about["abbe.samples"]]
+            print(f"| {' | '.join(row)} |", flush=True)
 
 
 main()
