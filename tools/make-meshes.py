@@ -97,7 +97,7 @@ def joints():
 # Diamond: a round brilliant in Tolkowsky's proportions (M. Tolkowsky, Diamond Design, 1919), 1 across, its axis along y, its girdle about
 # y = 0. Facets are the half-spaces n . p <= d whose intersection the stone is.
 
-CROWN_DEG, PAVILION_DEG, TABLE = 34.5, 40.75, 0.53
+CROWN_DEG, PAVILION_DEG, TABLE = 34.5, 40.75, 0.57
 GIRDLE = 0.032  # thickness where the main facets meet it; as thin as 0.015 where the halves do
 STAR, LOWER_HALF = 0.5, 0.77  # lengths of the star and lower girdle facets, as shares of their way in the plan
 GIRDLE_SIDES = 64

@@ -24,6 +24,26 @@ fn a_new_scene_has_its_name_and_comments_is_good_and_renders() {
 }
 
 #[test]
+fn every_scene_to_start_from_has_comments_and_is_good() {
+    let folder = Folder::new("new-from");
+    for from in ["starter", "prism", "coffee", "lens", "rainbow", "gem", "room", "singlet", "achromat", "triplet", "gauss"] {
+        let output = folder.run(&["new", from, "--from", from]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let written = std::fs::read_to_string(folder.0.join(format!("{from}.json"))).unwrap();
+        assert!(written.contains(&format!("\"name\": \"{from}\"")) && written.matches("\"//").count() >= 2, "{written}");
+        assert!(!written.contains("$schema"), "a file that is not there");
+        let stdout = text(&folder.run(&["check", &format!("{from}.json")]).stdout);
+        assert!(stdout.contains("no warnings") && !stdout.contains("warning:"), "{from}: {stdout}");
+    }
+    // The stone's mesh is shared by all that start from it, and another file of its name stays as it is.
+    assert!(folder.run(&["new", "second", "--from", "gem"]).status.success());
+    std::fs::write(folder.0.join("diamond.ply"), "mine").unwrap();
+    fails(&folder, &["new", "third", "--from", "gem"], &["diamond.ply", "there already", "nothing was overwritten"]);
+    assert_eq!(std::fs::read_to_string(folder.0.join("diamond.ply")).unwrap(), "mine");
+    assert!(!folder.0.join("third.json").exists());
+}
+
+#[test]
 fn check_says_what_will_be_rendered_and_what_is_wrong() {
     let folder = Folder::new("check");
     let good = text(&folder.run(&["check", "ball.json"]).stdout);
