@@ -2,7 +2,8 @@
 // spheres around it (`targets`), of which one is chosen by the solid angle (or cross-section) that it shows times its weight, and since spheres overlap, the
 // density of a ray is the sum of the weights of the spheres it meets over the sum of all choices. The others go wherever else the light shines: those that meet
 // a sphere are given up, since a ray that both halves could make would be one of many to the guide in one of them, and a rare bright one in the other.
-// Spheres within each other, around the part of something wide that counts (TARGETS_NESTED), have the weight that gives all of them as many paths from afar.
+// Spheres within each other, around the part of something wide that counts (TARGETS_NESTED), have the weight that gives all of them as many paths from afar;
+// from a place in or near one nothing is aimed at it, since that would be anywhere.
 #include "common/params.wgsl"
 #include "common/math.wgsl"
 #include "light/light.wgsl"
@@ -15,7 +16,7 @@ const AIMED = 0.5;
 
 // Whether light paths are aimed from where targets show `total` and the light by itself has `wide`.
 fn is_aiming(total: f32, wide: f32) -> bool {
-    return TARGETS_NESTED || total < wide;
+    return total > 0.0 && (TARGETS_NESTED || total < wide);
 }
 
 // Density of a ray that meets spheres of this weight together, where `wide` is that of the light by itself and `aimed` that of aiming for one of weight 1.
@@ -31,15 +32,21 @@ fn target_weight(t: vec4f) -> f32 {
     return select(1.0, 1.0 / (t.w * t.w), TARGETS_NESTED);
 }
 
-// Weight of the targets that the ray meets.
-fn targets_hit(o: vec3f, d: vec3f) -> f32 {
+// Whether something is aimed at it from a place at this squared distance.
+fn is_target(t: vec4f, d2: f32) -> bool {
+    return !TARGETS_NESTED || d2 > 2.0 * t.w * t.w;
+}
+
+// Weight of the targets that the ray meets; from `afar` all of them are some.
+fn targets_hit(o: vec3f, d: vec3f, afar: bool) -> f32 {
     var met = 0.0;
     for (var i = 0u; i < TARGETS; i++) {
         let t = target_at(i);
         let v = t.xyz - o;
         let b = dot(v, d);
         let l = v - b * d;
-        met += select(0.0, target_weight(t), dot(v, v) <= t.w * t.w || (b > 0.0 && dot(l, l) <= t.w * t.w));
+        let hit = dot(v, v) <= t.w * t.w || (b > 0.0 && dot(l, l) <= t.w * t.w);
+        met += select(0.0, target_weight(t), hit && (afar || is_target(t, dot(v, v))));
     }
     return met;
 }
@@ -52,7 +59,7 @@ fn target_choice(i: u32, p: vec3f) -> f32 {
     let v = t.xyz - p;
     let d2 = dot(v, v);
     let s2 = t.w * t.w / max(d2, 1e-30);
-    return target_weight(t) * select(2.0 * PI * s2 / (1.0 + sqrt(max(1.0 - s2, 0.0))), 4.0 * PI, s2 >= 1.0);
+    return select(0.0, target_weight(t), is_target(t, d2)) * select(2.0 * PI * s2 / (1.0 + sqrt(max(1.0 - s2, 0.0))), 4.0 * PI, s2 >= 1.0);
 }
 
 fn all_choices(p: vec3f) -> f32 {

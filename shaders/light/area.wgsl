@@ -196,7 +196,7 @@ const WIDE_TARGETS = PI;
 fn pdf_le_area(light: Light, o: vec3f, d: vec3f, cos_theta: f32) -> f32 {
     let total = all_choices(o);
     let wide = INV_PI * select(1.0, 0.5, light.two_sided != 0u);
-    let halves = density_of_halves(wide, 1.0 / (total * max(abs(cos_theta), 1e-10)), targets_hit(o, d));
+    let halves = density_of_halves(wide, 1.0 / (total * max(abs(cos_theta), 1e-10)), targets_hit(o, d, false));
     return light.probability / light.area * select(wide, halves, is_aiming(total, WIDE_TARGETS));
 }
 
@@ -218,7 +218,7 @@ fn sample_le_area(light: Light, u: vec2f, v: vec2f) -> LightRay {
         let x = select(direction.x, fract(2.0 * direction.x), light.two_sided != 0u);
         l.ray.d = normalize(frame_around(select(l.n, -l.n, back)) * sample_cosine(vec2f(x, direction.y)));
     }
-    l.given_up = halves && aimed != (targets_hit(l.ray.o, l.ray.d) > 0.0);
+    l.given_up = halves && aimed != (targets_hit(l.ray.o, l.ray.d, false) > 0.0);
     if (!emits_towards(light, dot(l.n, l.ray.d))) {
         l.weight = 0.0;
     }

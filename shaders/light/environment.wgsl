@@ -140,7 +140,7 @@ fn pdf_li_environment(light: Light, texel: u32) -> f32 {
 fn pdf_le_environment(light: Light, o: vec3f, d: vec3f, at: u32) -> f32 {
     let total = all_cross_sections();
     let wide = 1.0 / scene_cross_section();
-    let halves = density_of_halves(wide, 1.0 / total, targets_hit(o - params.scene_diameter * d, d));
+    let halves = density_of_halves(wide, 1.0 / total, targets_hit(o - params.scene_diameter * d, d, true));
     let across = light.probability * select(wide, halves, is_aiming(total * wide, 1.0));
 #if ENV_IMAGE
     if (light.kind == LIGHT_KIND_IMAGE) {
@@ -183,7 +183,7 @@ fn sample_le_environment(light: Light, u: vec2f, v: vec2f) -> LightRay {
         let f = frame_around(l.ray.d);
         l.ray.o = c.x * f[0] + c.y * f[1] - params.scene_diameter * l.ray.d;
     }
-    l.given_up = halves && aimed != (targets_hit(l.ray.o, l.ray.d) > 0.0);
+    l.given_up = halves && aimed != (targets_hit(l.ray.o, l.ray.d, true) > 0.0);
     return l;
 }
 #endif

@@ -70,7 +70,7 @@ fn sample_point_light(light: Light, u: vec2f) -> vec3f {
 fn pdf_le_point(light: Light, o: vec3f, d: vec3f) -> f32 {
     let total = all_choices(o);
     let wide = pdf_point_light(light, d);
-    let halves = density_of_halves(wide, 1.0 / total, targets_hit(o, d));
+    let halves = density_of_halves(wide, 1.0 / total, targets_hit(o, d, false));
     return light.probability * select(wide, halves, is_aiming(total, light_solid_angle(light)));
 }
 
@@ -87,7 +87,7 @@ fn sample_le_point(light: Light, v: vec2f) -> LightRay {
     } else {
         l.ray.d = sample_point_light(light, direction);
     }
-    l.given_up = halves && aimed != (targets_hit(l.ray.o, l.ray.d) > 0.0);
+    l.given_up = halves && aimed != (targets_hit(l.ray.o, l.ray.d, false) > 0.0);
     l.weight = intensity_along(light, l.ray.d);
     return l;
 }
