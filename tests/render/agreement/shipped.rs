@@ -87,7 +87,7 @@ agree! {
     cornell_spheres_dispersed, 32, 1.0, on_the_floor(shipped("cornell_spheres_dispersed.json", BINS));
     #[ignore = "long: in tools/soak"] prism, 224, 1.0, on_the_floor(shipped("prism.json", BINS));
     #[ignore = "long: in tools/soak"] fog, 48, 1.0, on_the_floor(shipped("fog.json", BINS));
-    #[ignore = "long: in tools/soak"] barrel, 96, 1.0, on_the_floor(shipped("barrel.json", BINS));
+    #[ignore = "long: in tools/soak"] barrel, 176, 1.0, on_the_floor(shipped("barrel.json", BINS));
     #[ignore = "long: in tools/soak"] bunny_light, 96, 1.0, on_the_floor(shipped("bunny_light.json", BINS));
     nephroid, 24, 1.0, measured(shipped("nephroid.json", BINS), [-1.0, 1e-3, 1.0], [2.0, 0.0, 0.0], [0.0, 0.0, -2.0]);
     newton, 88, 1.0, measured(shipped("newton.json", BINS), [-0.5, 1e-3, 0.5], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]);
