@@ -13,9 +13,9 @@ import tempfile
 from PIL import Image
 
 SCENES = pathlib.Path(__file__).parent.parent / "scenes"
-# Size and samples per pixel: what a minute on two cores without a GPU comes to, but for the lens.
+# Size and samples per pixel: what a minute on two cores without a GPU comes to, but for the lens and the hero.
 PICTURES = {
-    "prism": ("640x480", 40),
+    "prism": ("640x480", 76),
     "gem": ("640x480", 32),
     "pool": ("640x480", 24),
     "fog": ("640x480", 12),
@@ -29,8 +29,11 @@ PICTURES = {
     "rainbow": ("640x480", 48),
     "coffee": ("640x480", 44),
     "prism_dark": ("800x450", 48),
-    "lens": ("1280x720", 160),
+    "lens": ("1280x720", 96),
+    "hero": ("1280x960", 72),
 }
+# Pictures that do not have the name of their scene.
+SCENE_OF = {"hero": "prism"}
 
 
 def said(abbe, file):
@@ -45,7 +48,7 @@ def main():
             size, spp = PICTURES[name]
             options = ["--size", size, "--spp", str(spp), "--denoise"]
             exr = f"{folder}/{name}.exr"
-            subprocess.run([abbe, "render", SCENES / f"{name}.json", *options, "--quiet", "-o", exr], check=True)
+            subprocess.run([abbe, "render", SCENES / f"{SCENE_OF.get(name, name)}.json", *options, "--quiet", "-o", exr], check=True)
             picture = Image.open(f"{folder}/{name}.denoised.png").convert("RGB")
             picture.save(SCENES / f"pictures/{name}.jpg", quality=90, optimize=True)
             about = said(abbe, exr)
