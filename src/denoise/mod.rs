@@ -5,7 +5,7 @@
 //! estimated from the halves alone ([`select`]; after Bitterli et al. 2016): caustic edges and glints stay as they came where nothing else is like them. The
 //! same estimates, bias included, are the errors that are told of the result.
 //!
-//! 512 x 512 pixels of 20 bins take 10 s of CPU time, files read and written, shared by all cores; tiles and rows are [`tile`] and [`rows`], and the result does
+//! 512 x 512 pixels of 20 bins take 8 s of CPU time, files read and written, shared by all cores; tiles and rows are [`tile`] and [`rows`], and the result does
 //! not depend on the number of cores. What it gains is measured in `src/README.md`.
 //!
 //! Nothing is assumed of how the noise of bins or pixels hangs together: paths share wavelengths, and points at which light is gathered share photons.

@@ -31,9 +31,14 @@ pub struct Targets {
 }
 
 impl Targets {
-    /// Of a scene. Without guiding, or with nothing to aim at, one sphere around the scene.
+    /// Of a scene. Without guiding, or with nothing to aim at, one sphere around the scene; the parts are the same with it and without.
     pub(super) fn new(scene: &Scene, guiding: bool) -> Self {
-        let bends: Vec<bool> = scene.shapes.iter().map(|s| guiding && bends(scene, s.material)).collect();
+        let targets = Self::of_bodies(scene);
+        if guiding { targets } else { Targets { spheres: vec![bounds_of_all(&scene.shapes).ball()], nested: false, ..targets } }
+    }
+
+    fn of_bodies(scene: &Scene) -> Self {
+        let bends: Vec<bool> = scene.shapes.iter().map(|s| bends(scene, s.material)).collect();
         let shapes: Vec<usize> = (0..bends.len()).filter(|&i| bends[i]).collect();
         let mut bodies: Vec<&[usize]> =
             shapes.chunk_by(|&a, &b| scene.are_one_piece(&scene.shapes[a], &scene.shapes[b])).collect();
@@ -108,7 +113,7 @@ mod tests {
     use std::path::Path;
 
     /// Of a lake `width` metres wide.
-    fn targets(width: f64, camera: serde_json::Value) -> Targets {
+    fn lake(width: f64, camera: serde_json::Value) -> Scene {
         let sheet = |y: f64| {
             let h = 0.5 * width;
             serde_json::json!({"corner": [-h, y, h], "edge_u": [width, 0, 0], "edge_v": [0, 0, -width]})
@@ -120,8 +125,11 @@ mod tests {
             "shapes": [{"quad": sheet(0.0), "material": "water"}, {"quad": sheet(-3.0), "material": "mud"}],
             "lights": [{"sun": {"direction": [0.6, -0.8, 0], "angle_deg": 0.53, "irradiance": 1}}],
         });
-        let scene = load_str(&scene.to_string(), Path::new("lake"), Path::new("."), &LoadOptions::default()).expect("a scene");
-        Targets::new(&scene, true)
+        load_str(&scene.to_string(), Path::new("lake"), Path::new("."), &LoadOptions::default()).expect("a scene")
+    }
+
+    fn targets(width: f64, camera: serde_json::Value) -> Targets {
+        Targets::new(&lake(width, camera), true)
     }
 
     /// A square metre about (x, 0, 0) from above.
@@ -149,6 +157,14 @@ mod tests {
         }
         assert!(radius < 4.0 && lake.spheres[0] == lake.parts[0], "{lake:?}");
         assert!(lake.spheres.len() > 3 && lake.spheres.windows(2).all(|s| s[0].1 < s[1].1), "{lake:?}");
+    }
+
+    #[test]
+    fn parts_are_the_same_without_guiding() {
+        let scene = lake(1000.0, above(10.0));
+        let (guided, plain) = (Targets::new(&scene, true), Targets::new(&scene, false));
+        assert_eq!(guided.parts, plain.parts);
+        assert!(!plain.nested && plain.spheres.len() == 1 && plain.spheres[0].1 > 500.0, "{plain:?}");
     }
 
     #[test]
