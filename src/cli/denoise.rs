@@ -69,7 +69,10 @@ pub fn write_denoised(image: &SpectralImage, input: &Path, exr: &Path, settings:
     };
     let exposure = settings.exposure.or_else(|| image.own_exposure().map(Exposure::Stops)).unwrap_or_default();
     let exposure = picture_exposure(&xyz(image)?, range, exposure);
-    let remedy = "render with --aov denoise, and give that file";
+    let remedy = match image.attribute("abbe.batches") {
+        Some("1") => "render it for longer: one batch does not tell what is noise",
+        _ => "render with --aov denoise, and give that file",
+    };
     let denoised = denoise(image, exposure).map_err(|problem| Error::file(input, problem, remedy))?;
     write_image(exr, &denoised)?;
     let mut written = vec![exr.to_path_buf()];
