@@ -190,12 +190,12 @@ fn interface(alpha: f64, transmits: bool, reflectance: fn(f64, f64) -> f64) -> V
 
 /// The same over all eta nodes around cosine node `j`: the facets are the same for all.
 fn interface_column(alpha: f64, transmits: bool, reflectance: fn(f64, f64) -> f64, j: usize) -> Vec<f64> {
-    let mut albedo = vec![0.0; ETA_NODES];
+    let etas: [f64; ETA_NODES] = std::array::from_fn(node_eta);
+    let mut albedo = [0.0; ETA_NODES];
     mean_over_facets(alpha.into(), DVec2::X, j, |wo, m| {
         let inv_g1 = 1.0 / ggx::g1(alpha, wo);
         let reflected = reflected_share(alpha, wo, m);
-        for (e, sum) in albedo.iter_mut().enumerate() {
-            let eta = node_eta(e);
+        for (sum, eta) in albedo.iter_mut().zip(etas) {
             let f = reflectance(wo.dot(m), eta);
             *sum += f * reflected;
             if transmits && let Some(wi) = fresnel::refract(wo, m, eta).filter(|wi| wi.z < 0.0) {

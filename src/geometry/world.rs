@@ -30,6 +30,29 @@ enum Content {
     Inner(usize),
 }
 
+/// Nodes to visit. The tree halves its primitives, of which there are fewer than 2^32, so it is never deeper.
+struct Stack {
+    nodes: [usize; 33],
+    len: usize,
+}
+
+impl Stack {
+    /// With the root.
+    fn new(nodes: &[Node]) -> Self {
+        Stack { nodes: [0; 33], len: nodes.len().min(1) }
+    }
+
+    fn push(&mut self, node: usize) {
+        self.nodes[self.len] = node;
+        self.len += 1;
+    }
+
+    fn pop(&mut self) -> Option<usize> {
+        self.len = self.len.checked_sub(1)?;
+        Some(self.nodes[self.len])
+    }
+}
+
 impl World {
     /// Of shapes with this geometry, none of them instances: those are never met.
     pub fn new<'a>(shapes: impl IntoIterator<Item = &'a Geometry>) -> Self {
@@ -77,7 +100,7 @@ impl World {
         let mut nearest = f64::INFINITY;
         let size = self.extent.max(ray.origin.abs().max_element());
         let inv = ray.dir.recip();
-        let mut stack = if self.nodes.is_empty() { vec![] } else { vec![0] };
+        let mut stack = Stack::new(&self.nodes);
         while let Some(index) = stack.pop() {
             let node = &self.nodes[index];
             let (a, b) = ((node.lo - ray.origin) * inv, (node.hi - ray.origin) * inv);
@@ -113,7 +136,7 @@ impl World {
     pub fn crossings(&self, origin: DVec3, dir: DVec3) -> Vec<Hit> {
         let mut hits: Vec<Hit> = Vec::new();
         let inv = dir.recip();
-        let mut stack = if self.nodes.is_empty() { vec![] } else { vec![0] };
+        let mut stack = Stack::new(&self.nodes);
         while let Some(index) = stack.pop() {
             let node = &self.nodes[index];
             let (a, b) = ((node.lo - origin) * inv, (node.hi - origin) * inv);
@@ -122,7 +145,8 @@ impl World {
             }
             let prims = match &node.what {
                 Content::Inner(second) => {
-                    stack.extend([*second, index + 1]);
+                    stack.push(*second);
+                    stack.push(index + 1);
                     continue;
                 }
                 Content::Leaf(prims) => prims,

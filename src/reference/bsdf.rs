@@ -1,11 +1,11 @@
 //! The materials that scatter, in double precision: which [`Bsdf`] each is, what it scatters and where to. Coats, sheen, tints and shading
 //! normals are over all of them alike ([`super::surface`]).
 
-use super::Stage;
 use super::material::Met;
 use super::rng::Rng;
 use super::surface::{Outgoing, Over, mean};
 use super::walk::WavelengthSample;
+use super::{Facets, Stage};
 use crate::bsdf::coat::Coat;
 use crate::bsdf::conductor::RoughConductor;
 use crate::bsdf::dielectric::RoughDielectric;
@@ -60,7 +60,9 @@ impl Stage {
                 let width = grain.map_or((*alpha).into(), |grain: Grain| grain.width(*alpha));
                 Bsdf::Thin {
                     panes: wavelengths.iter().zip(outside).map(pane).collect(),
-                    facets: self.energy(*alpha, grain).map(|e| RoughConductor { alpha: width, energy: &e.conductor }),
+                    facets: self
+                        .energy(Facets::Mirror { alpha: *alpha, grain })
+                        .map(|energy| RoughConductor { alpha: width, energy }),
                 }
             }
             Material::Conductor { eta, k, alpha } => {
@@ -81,7 +83,7 @@ impl Stage {
 
     fn metal(&self, metal: Vec<Metal>, alpha: f64, grain: Option<Grain>) -> Bsdf<'_> {
         let width = grain.map_or(alpha.into(), |grain| grain.width(alpha));
-        Bsdf::Conductor { metal, width, energy: self.energy(alpha, grain).map(|e| &e.conductor) }
+        Bsdf::Conductor { metal, width, energy: self.energy(Facets::Mirror { alpha, grain }) }
     }
 }
 

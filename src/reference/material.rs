@@ -1,11 +1,11 @@
 //! What a path meets at a surface: which material, and with which parameters at the wavelengths of the path.
 
-use super::Stage;
 use super::bsdf::Bsdf;
 use super::interiors::{Crossing, cross, ruling};
 use super::rng::Rng;
 use super::surface::Over;
 use super::walk::{Path, WavelengthSample};
+use super::{Facets, Stage};
 use crate::bsdf::coat::Coat;
 use crate::bsdf::fresnel;
 use crate::bsdf::sheen::Sheen;
@@ -56,7 +56,7 @@ impl Stage {
             let Some(bsdf) = self.bsdf(surface, &path.wavelengths, &outside, is_in_boundary) else { continue };
             let of_wavelength = |coat: MetCoat, nm: f64, outside: f64| Coat {
                 eta: coat.ior.eval(nm) / outside,
-                rough: self.energy(coat.alpha, None).map(|e| (coat.alpha, &e.coat)),
+                rough: self.energy(Facets::Coat { alpha: coat.alpha }).map(|table| (coat.alpha, table)),
                 seen: coat.seen,
             };
             let coats = |coat| path.wavelengths.iter().zip(&outside).map(|(l, &n)| of_wavelength(coat, l.nm, n)).collect();
@@ -82,8 +82,7 @@ impl Stage {
                 let film = film.map_or(vec![], |film| path.wavelengths.iter().map(|l| stack(l, film)).collect());
                 let coated = surface.is_some_and(|m| matches!(m.material, Material::Dielectric { antireflective: true, .. }));
                 let reflectance = if coated { fresnel::antireflective } else { fresnel::dielectric };
-                let energy =
-                    self.energy(alpha, None).and_then(|e| if coated { e.antireflective.as_ref() } else { Some(&e.dielectric) });
+                let energy = self.energy(Facets::Glass { alpha, coated });
                 let over = Over { tint: surface.map_or(vec![], |m| tint(m.material, hit, path)), ..Over::default() };
                 (beyond, Some((*hit, Bsdf::Dielectric { eta, film, reflectance, alpha, energy }, over)))
             }

@@ -57,7 +57,7 @@ struct Stage {
     scene: Scene,
     world: World,
     emitters: Emitters,
-    energy: Vec<Energy>,
+    energy: Vec<(Facets, EnergyTable)>,
     /// By the index of the material.
     sheens: BTreeMap<usize, Sheen>,
     observer: &'static Cmf,
@@ -68,15 +68,44 @@ struct Stage {
     halt: Halt,
 }
 
-/// Energy tables of one roughness, and grain if it has one.
-struct Energy {
-    alpha: f64,
-    grain: Option<Grain>,
-    dielectric: EnergyTable,
-    /// Where there is glass with a coating.
-    antireflective: Option<EnergyTable>,
-    conductor: EnergyTable,
-    coat: EnergyTable,
+/// What has an energy table: facets of one width, as light meets them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Facets {
+    /// Of glass, perhaps with an ideal anti-reflection coating.
+    Glass {
+        alpha: f64,
+        coated: bool,
+    },
+    Coat {
+        alpha: f64,
+    },
+    /// Of metal, or of a pane, whose table is that of a mirror.
+    Mirror {
+        alpha: f64,
+        grain: Option<Grain>,
+    },
+}
+
+impl Facets {
+    /// None for what is smooth or has none.
+    fn of(material: &Material, grain: Option<Grain>) -> Option<Self> {
+        let alpha = material.alpha().filter(|&alpha| alpha > 0.0)?;
+        Some(match material {
+            Material::Dielectric { antireflective, .. } => Facets::Glass { alpha, coated: *antireflective },
+            Material::Coated { .. } => Facets::Coat { alpha },
+            _ => Facets::Mirror { alpha, grain },
+        })
+    }
+
+    fn table(self) -> EnergyTable {
+        match self {
+            Facets::Glass { alpha, coated: false } => EnergyTable::dielectric(alpha),
+            Facets::Glass { alpha, coated: true } => EnergyTable::antireflective(alpha),
+            Facets::Coat { alpha } => EnergyTable::coat(alpha),
+            Facets::Mirror { alpha, grain: None } => EnergyTable::conductor(alpha),
+            Facets::Mirror { alpha, grain: Some(grain) } => EnergyTable::brushed(grain.width(alpha)),
+        }
+    }
 }
 
 impl ReferenceIntegrator {
@@ -96,18 +125,12 @@ impl ReferenceIntegrator {
         scene.sensor = start::off_surfaces(scene.sensor, world.extent);
         let scene = &scene;
         let ball = world.ball_around(&sensor::corners(&scene.sensor));
-        let mut energy: Vec<Energy> = Vec::new();
-        let has_coatings = scene.materials.iter().any(|m| matches!(m, Material::Dielectric { antireflective: true, .. }));
+        let mut energy: Vec<(Facets, EnergyTable)> = Vec::new();
         for (index, material) in scene.materials.iter().enumerate() {
-            let grain = scene.grains.get(&index).copied();
-            if let Some(alpha) = material.alpha()
-                && alpha > 0.0
-                && energy.iter().all(|e| (e.alpha, e.grain) != (alpha, grain))
+            if let Some(facets) = Facets::of(material, scene.grains.get(&index).copied())
+                && energy.iter().all(|(known, _)| *known != facets)
             {
-                let conductor = grain.map_or_else(|| EnergyTable::conductor(alpha), |g| EnergyTable::brushed(g.width(alpha)));
-                let (dielectric, coat) = (EnergyTable::dielectric(alpha), EnergyTable::coat(alpha));
-                let antireflective = has_coatings.then(|| EnergyTable::antireflective(alpha));
-                energy.push(Energy { alpha, grain, dielectric, antireflective, conductor, coat });
+                energy.push((facets, facets.table()));
             }
         }
         let stage = Stage {
@@ -228,8 +251,9 @@ impl Stage {
         }
     }
 
-    fn energy(&self, alpha: f64, grain: Option<Grain>) -> Option<&Energy> {
-        self.energy.iter().find(|e| (e.alpha, e.grain) == (alpha, grain))
+    /// None where they are smooth.
+    fn energy(&self, facets: Facets) -> Option<&EnergyTable> {
+        self.energy.iter().find(|(known, _)| *known == facets).map(|(_, table)| table)
     }
 }
 

@@ -518,67 +518,67 @@ macro_rules! agree {
 
 // Name, samples per pixel in each batch, coarseness of the errors that count, scene.
 agree! {
-    smooth_glass, 80, 1.0, bins(4);
+    #[ignore = "long: in tools/soak"] smooth_glass, 80, 1.0, bins(4);
     #[ignore = "long: in tools/soak"] rough_glass_little, 24, 1.0, rough_glass(0.1);
     rough_glass_much, 32, 1.0, rough_glass(0.3);
     #[ignore = "long: in tools/soak"] floor_seen_through_glass, 256, 3.0, floor_under_glass();
-    mixture_seen_through_glass, 120, 7.0, mixture_under_glass();
+    mixture_seen_through_glass, 24, 7.0, mixture_under_glass();
     #[ignore = "long: in tools/soak"] smooth_metal, 16, 1.0, metal(0.0);
     rough_metal, 16, 1.0, metal(0.3);
-    metal_of_a_colour_alone, 16, 1.0, metal_of_a_colour(0.3);
-    metals_in_water, 88, 1.0, metal_in_water();
-    thin_panes, 16, 1.0, pane();
+    #[ignore = "long: in tools/soak"] metal_of_a_colour_alone, 16, 1.0, metal_of_a_colour(0.3);
+    metals_in_water, 72, 1.0, metal_in_water();
+    #[ignore = "long: in tools/soak"] thin_panes, 16, 1.0, pane();
     panes_and_balls_that_tint_and_blur, 40, 1.0, tinted_panes();
     diffuse_transmission, 24, 1.0, translucent_sheets();
     #[ignore = "long: in tools/soak"] mixtures, 24, 1.0, mixture();
     thin_films, 40, 1.0, films();
     #[ignore = "long: in tools/soak"] a_film_on_plain_glass, 16, 1.0, film_on_plain_glass();
-    brushed_metals, 32, 1.0, brushed();
+    brushed_metals, 24, 1.0, brushed();
     sheens_over_all_kinds, 24, 1.0, sheens();
     #[ignore = "long: in tools/soak"] cloth_seen_through_glass, 184, 4.0, cloth_under_glass();
     #[ignore = "long: in tools/soak"] coated_smoothly, 16, 1.0, coated_paint(0.0);
-    coated_roughly, 16, 1.0, coated_paint(0.2);
+    #[ignore = "long: in tools/soak"] coated_roughly, 16, 1.0, coated_paint(0.2);
     metals_under_coats, 24, 1.0, coated_metals();
     light_on_a_coat, 40, 1.0, caustic_on_coat();
     #[ignore = "long: in tools/soak"] light_off_a_coat, 240, 2.3, caustic_off_coat();
     #[ignore = "long: in tools/soak"] composites_touching_glass, 336, 1.0, composites_on_glass();
     dirty_glass_touching_glass, 96, 1.0, dirty_glass_on_glass();
     nested_glasses, 80, 1.0, nested();
-    matched_glasses, 104, 1.0, matched();
-    absorbing_glass, 16, 1.0, absorbing();
+    #[ignore = "long: in tools/soak"] matched_glasses, 104, 1.0, matched();
+    #[ignore = "long: in tools/soak"] absorbing_glass, 16, 1.0, absorbing();
     #[ignore = "long: in tools/soak"] hazes, 96, 1.0, haze();
     fog_all_around, 64, 1.0, fog_everywhere();
     #[ignore = "long: in tools/soak"] point_light, 208, 1.0, point();
     spot_light, 32, 1.0, spot();
-    parallel_beam, 96, 1.0, beam();
+    #[ignore = "long: in tools/soak"] parallel_beam, 96, 1.0, beam();
     lamps_by_profiles, 24, 1.5, measured_lamps();
     sun_of_no_size, 24, 1.0, parallel_sun();
-    skies, 88, 1.0, sky();
-    a_sky_of_spectra, 88, 1.0, measured_sky();
+    skies, 56, 1.0, sky();
+    #[ignore = "long: in tools/soak"] a_sky_of_spectra, 88, 1.0, measured_sky();
     lamps_of_all_shapes, 24, 1.0, lamps();
     thin_lens_and_tent, 88, 1.0, lens();
-    through_the_surfaces_of_a_lens, 136, 1.0, lens_of_surfaces();
-    orthographic_and_gaussian, 160, 1.0, orthographic_view();
-    irradiance_on_a_plane, 96, 1.0, irradiance_plane();
+    through_the_surfaces_of_a_lens, 128, 1.0, lens_of_surfaces();
+    orthographic_and_gaussian, 128, 1.0, orthographic_view();
+    #[ignore = "long: in tools/soak"] irradiance_on_a_plane, 96, 1.0, irradiance_plane();
     irradiance_on_a_sphere, 16, 1.0, irradiance_sphere();
     camera_under_water, 80, 2.6, under_water();
-    smooth_normals_diffuse, 16, 1.0, smooth_normals(|_| 0);
+    #[ignore = "long: in tools/soak"] smooth_normals_diffuse, 16, 1.0, smooth_normals(|_| 0);
     smooth_normals_of_glass, 96, 1.0, smooth_normals(|s| glass(s, Interior { ior: flint(), ..solid("flint", 1.0, 1) }, 0.0));
     #[ignore = "long: in tools/soak"] smooth_normals_of_rough_metal, 16, 1.0, smooth_normals(|s| {
         material(s, Material::Conductor { eta: flat(0.5), k: flat(3.0), alpha: 0.3 })
     });
     pictures_on_surfaces, 56, 1.0, textures::surfaces();
-    a_picture_on_a_lamp, 120, 1.0, textures::lamps();
-    maps_of_normals, 80, 1.0, textures::normals();
+    a_picture_on_a_lamp, 96, 1.0, textures::lamps();
+    maps_of_normals, 56, 1.0, textures::normals();
     normals_of_coats, 80, 1.0, textures::normals_of_coats(Estimator::Backward);
-    light_on_coats_that_point_elsewhere, 128, 3.0, textures::normals_of_coats(Estimator::Forward);
+    #[ignore = "long: in tools/soak"] light_on_coats_that_point_elsewhere, 128, 3.0, textures::normals_of_coats(Estimator::Forward);
     roughness_that_varies, 16, 2.6, textures::roughness();
     one_bin, 64, 1.0, bins(1);
 }
 
 #[test]
 fn thirty_three_bins_together_are_as_one() {
-    gpu_agrees_after_binning("one_bin", &bins(33), 48);
+    gpu_agrees_after_binning("one_bin", &bins(33), 32);
 }
 
 #[test]
