@@ -185,7 +185,7 @@ fn eval_bsdf(b: ptr<function, Bsdf>, wo: vec3f, wi: vec3f, f: ptr<function, Spec
 }
 
 // A direction for a path along `d`; `frame` is the local one. Specular lobes put their weight into the throughput.
-fn sample_bsdf(b: ptr<function, Bsdf>, d: vec3f, frame: mat3x3f, wo: vec3f) -> BsdfSample {
+fn sample_bsdf(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, frame: mat3x3f, wo: vec3f) -> BsdfSample {
     var wi = vec3f(0.0, 0.0, 0.0);
     switch (*b).m.kind {
 #if SCATTERING
@@ -205,7 +205,7 @@ fn sample_bsdf(b: ptr<function, Bsdf>, d: vec3f, frame: mat3x3f, wo: vec3f) -> B
 #endif
 #if SMOOTH_DIELECTRIC
         case MATERIAL_KIND_SMOOTH_DIELECTRIC: {
-            return sample_smooth_dielectric(b, d, frame[2]);
+            return sample_smooth_dielectric(b, p, d, frame[2]);
         }
 #endif
 #if ROUGH_DIELECTRIC
@@ -220,7 +220,7 @@ fn sample_bsdf(b: ptr<function, Bsdf>, d: vec3f, frame: mat3x3f, wo: vec3f) -> B
 #endif
 #if SMOOTH_THIN_DIELECTRIC
         case MATERIAL_KIND_THIN_DIELECTRIC: {
-            return sample_thin_dielectric(b, d, frame[2]);
+            return sample_thin_dielectric(b, p, d, frame[2]);
         }
 #endif
 #if COAT

@@ -10,6 +10,9 @@
 #if DISPERSION
 #include "path/collapse.wgsl"
 #endif
+#if HIGHLIGHTS
+#include "light/highlight.wgsl"
+#endif
 
 // Index beyond over index on the side of the path, of one wavelength.
 fn relative_index(b: ptr<function, Bsdf>, wavelength: u32) -> f32 {
@@ -73,11 +76,12 @@ fn goes_by_geometry(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32, u: f32) -> b
 #endif
 
 // Reflection, or refraction with the collapse of the wavelengths where the index depends on them.
-fn sample_smooth_dielectric(b: ptr<function, Bsdf>, d: vec3f, n: vec3f) -> BsdfSample {
+fn sample_smooth_dielectric(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, n: vec3f) -> BsdfSample {
     let m = (*b).m;
     let near_row = (*b).near_row;
     let far_row = (*b).far_row;
     let cos_i = min(-dot(d, n), 1.0);
+    let mirrored = normalize(d + 2.0 * cos_i * n);
 #if DISPERSION || THIN_FILM
     // Reflection has the same direction at every wavelength: one choice for all, by the mean Fresnel reflectance of what the path carries.
     var fresnel: Spectrum;
@@ -87,16 +91,26 @@ fn sample_smooth_dielectric(b: ptr<function, Bsdf>, d: vec3f, n: vec3f) -> BsdfS
         reflected += beta[k] * fresnel[k];
     }
     let total = sum_beta();
-    let q = select(0.0, sum4(reflected) / total, total > 0.0);
+    var q = select(0.0, sum4(reflected) / total, total > 0.0);
+#if HIGHLIGHTS
+    q = share_of_reflection(q, p, mirrored);
+#endif
     let reflects = event_choice.x < q;
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         beta[k] *= select((1.0 - fresnel[k]) / (1.0 - q), fresnel[k] / q, reflects);
     }
 #else
-    let reflects = event_choice.x < interface_reflectance(m, cos_i, near_row, far_row, 0u).x;
+    let fresnel = interface_reflectance(m, cos_i, near_row, far_row, 0u).x;
+#if HIGHLIGHTS
+    let q = share_of_reflection(fresnel, p, mirrored);
+    let reflects = event_choice.x < q;
+    scale_beta(select(1.0, select((1.0 - fresnel) / (1.0 - q), fresnel / q, reflects), q > fresnel));
+#else
+    let reflects = event_choice.x < fresnel;
+#endif
 #endif
     if (reflects) {
-        return BsdfSample(normalize(d + 2.0 * cos_i * n), vec3f(0.0, 0.0, cos_i), true);
+        return BsdfSample(mirrored, vec3f(0.0, 0.0, cos_i), true);
     }
     var wavelength = select(path.wavelength, 0u, path.wavelength == NONE);
 #if DISPERSION

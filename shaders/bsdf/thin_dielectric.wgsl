@@ -4,6 +4,9 @@
 #if ROUGH_THIN_DIELECTRIC
 #include "bsdf/mirror.wgsl"
 #endif
+#if HIGHLIGHTS
+#include "light/highlight.wgsl"
+#endif
 
 // Shares of light.
 struct Pane {
@@ -49,7 +52,7 @@ fn pane_at(m: Material, cos_i: f32, k: u32) -> Pane {
 }
 
 #if SMOOTH_THIN_DIELECTRIC
-fn sample_thin_dielectric(b: ptr<function, Bsdf>, d: vec3f, n: vec3f) -> BsdfSample {
+fn sample_thin_dielectric(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, n: vec3f) -> BsdfSample {
     let m = (*b).m;
     let cos_i = min(abs(dot(d, n)), 1.0);
     var reflected = vec4f(0.0);
@@ -57,13 +60,17 @@ fn sample_thin_dielectric(b: ptr<function, Bsdf>, d: vec3f, n: vec3f) -> BsdfSam
         reflected += beta[k] * pane_at(m, cos_i, k).reflected;
     }
     let total = sum_beta();
-    let q = select(0.0, sum4(reflected) / total, total > 0.0);
+    let mirrored = normalize(d + 2.0 * cos_i * n);
+    var q = select(0.0, sum4(reflected) / total, total > 0.0);
+#if HIGHLIGHTS
+    q = share_of_reflection(q, p, mirrored);
+#endif
     let reflects = event_choice.x < q;
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         let pane = pane_at(m, cos_i, k);
         beta[k] *= select(pane.transmitted / (1.0 - q), pane.reflected / q, reflects);
     }
-    let out = select(d, normalize(d + 2.0 * cos_i * n), reflects);
+    let out = select(d, mirrored, reflects);
     return BsdfSample(out, vec3f(0.0, 0.0, select(-cos_i, cos_i, reflects)), true);
 }
 #endif

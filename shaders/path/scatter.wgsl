@@ -267,7 +267,7 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
 #endif
 #endif
 #endif
-    let sampled = sample_bsdf(&b, d, frame, wo);
+    let sampled = sample_bsdf(&b, s.p, d, frame, wo);
     var densities: BsdfPdf;
 #if CONNECT
     // The connection, and then the direction that was sampled: drivers inline functions at each call.

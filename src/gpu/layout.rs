@@ -257,7 +257,7 @@ shared_records! {
         /// Number of the light that shows a picture.
         environment_light: u32,
         /// Unused.
-        pad_2: u32,
+        pad_1: u32,
         /// Texel of the table of textures at which coordinates of primitives begin.
         first_uv: u32,
         /// Number of the first primitive that is part of an instance.
@@ -274,10 +274,10 @@ shared_records! {
         lights_of_entry: u32,
         /// Texel of the grid's table at which, where lights share entries, the lights in their order begin.
         first_light_in_order: u32,
+        /// Spheres around the lamps of the greatest radiance: as many records behind those of the lights, of which `p0` is centre and radius.
+        highlights: u32,
         /// Unused.
         pad_0: u32,
-        /// Unused.
-        pad_1: u32,
         /// Least corner of the ramp over the scene, by which the grid's cells lie ...
         scene_ramp_low: Vec4,
         /// ... its slope, m^-1, ...

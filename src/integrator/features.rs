@@ -264,6 +264,12 @@ features! {
     Crossings "CROSSINGS" if |n| n.has(Feature::LightTracing) && !n.has(Feature::SensorCamera);
     /// The kernel traces paths from the sensor.
     CameraPaths "CAMERA_PATHS" if |n| n.pass == Pass::Camera;
+    /// Glass is made to reflect more often where it mirrors a small lamp.
+    Highlights "HIGHLIGHTS" if |n| {
+        let mirrors = n.has(Feature::SmoothDielectric) || n.has(Feature::SmoothThinDielectric);
+        let lamps = n.has(Feature::LightArea) || n.light(|l| matches!(l, Light::Sun { cos_angle, .. } if *cos_angle < 1.0));
+        n.has(Feature::CameraPaths) && n.has(Feature::BsdfSampling) && mirrors && lamps
+    };
     /// The kernel traces paths from lights.
     LightPaths "LIGHT_PATHS" if |n| n.pass == Pass::Light;
     /// An irradiance sensor looks for lights itself. (Light paths cross it.)

@@ -36,6 +36,8 @@ const LEAST_SAMPLES: usize = 16;
 const MOST_HALVINGS: u32 = 16;
 /// Halving along an axis is worth it if it leaves less than this of the deviation.
 const WORTHWHILE: f64 = 0.95;
+/// Greatest difference that counts of two samples of a pixel, over the brightness around it.
+const MOST_RELATIVE: f64 = 16.0;
 
 /// A useful path: numbers, and its share in the integral of squared contribution.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -231,14 +233,14 @@ impl Guide {
     }
 
     /// Half the mean square of the difference of two pictures (sums over the bins of each pixel) of a part of one of so many pixels, relative to brightness:
-    /// the variance of one.
+    /// the variance of one. No pixel counts for more than [`MOST_RELATIVE`]: else one that a lamp's mirror image was found in, or not, by chance, would decide for all.
     pub fn relative_variance(&self, (width, height): (u32, u32), part: Tile, a: &[f32], b: &[f32]) -> f64 {
         let brightness: Vec<f64> = self.brightness.of_blocks().collect();
         let block = |at: usize, size: usize| at * BLOCKS / size;
         let (width, height) = (width as usize, height as usize);
         let squares = part.numbers(width as u32).zip(a.iter().zip(b)).map(|(i, (a, b))| {
             let around = brightness[block(i / width, height) * BLOCKS + block(i % width, width)];
-            if around > 0.0 { (f64::from(a - b) / around).powi(2) } else { 0.0 }
+            if around > 0.0 { (f64::from(a - b).abs() / around).min(MOST_RELATIVE).powi(2) } else { 0.0 }
         });
         0.5 * squares.sum::<f64>() / a.len() as f64
     }

@@ -62,6 +62,22 @@ pub fn mirrored_height(theta: f64, x: f64) -> f64 {
     theta.sin() - (theta.cos() - x) * (2.0 * theta).tan()
 }
 
+/// Where an eye at `distance` radii from the centre of a mirroring ball sees, in it, what lies infinitely far at the angle `turn` from the way
+/// that it looks at the centre: the angle of incidence there, and tangent-plane area (at distance 1) in the picture over solid angle.
+pub fn mirrored_in_ball(distance: f64, turn: f64) -> (f64, f64) {
+    // Of a ray at the angle a from the centre's the incidence is i, sin(i) = distance sin(a); the ball turns it by pi - 2 i, away from the axis.
+    let incidence = |a: f64| (distance * a.sin()).asin();
+    let turned = |a: f64| a + PI - 2.0 * incidence(a);
+    let (mut near, mut rim) = (0.0, (1.0 / distance).asin());
+    for _ in 0..200 {
+        let middle = 0.5 * (near + rim);
+        if turned(middle) > turn { near = middle } else { rim = middle }
+    }
+    let (a, i) = (near, incidence(near));
+    let slope = 2.0 * distance * a.cos() / i.cos() - 1.0;
+    (i, a.tan() / (a.cos() * a.cos()) / (turn.sin() * slope))
+}
+
 /// The first angle between `lo` and `hi` at which `f` has an extremum, by bisection of its slope, to 1e-9.
 pub fn extremum(f: impl Fn(f64) -> f64, mut lo: f64, mut hi: f64) -> f64 {
     let slope = |x: f64| f(x + 1e-6) - f(x - 1e-6);

@@ -1,6 +1,7 @@
 //! The scene as buffers: primitives in BVH order, materials, volumes, lights, tables, and the list of spectra to evaluate per pass.
 
 mod alias;
+mod highlights;
 mod instances;
 mod lens;
 mod light_grid;
@@ -21,7 +22,7 @@ pub use rows::SpectrumRow;
 pub use targets::Targets;
 
 use crate::error::{Error, Result};
-use crate::gpu::layout::{Interior, NO_INDEX, Params};
+use crate::gpu::layout::{Interior, Light, NO_INDEX, Params};
 use crate::gpu::{Gpu, Resource};
 use crate::scene::{self, Scene, bounds_of_all};
 use crate::spectrum::Spectrum;
@@ -82,6 +83,9 @@ impl GpuScene {
                 light.primitive = geometry.place[light.primitive as usize];
             }
         }
+        let number_of_lights = records.len() as u32;
+        let highlights = highlights::brightest(scene, bounds, origin);
+        records.extend(highlights.iter().map(|&p0| Light { p0, ..Default::default() }));
         let targets = Targets::new(scene, guiding);
         stage::enter(Stage::Uploading);
         let mut resources = vec![
@@ -102,7 +106,8 @@ impl GpuScene {
         resources.extend(lens);
         let bytes = resources.iter().map(|(_, r)| r.size()).sum();
         let params = Params {
-            lights: records.len() as u32,
+            lights: number_of_lights,
+            highlights: highlights.len() as u32,
             first_distant_light: lights.first_distant as u32,
             environment_light: lights.environment_light as u32,
             first_uv: first_uv as u32,

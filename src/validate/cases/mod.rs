@@ -4,6 +4,7 @@ mod camera;
 mod caustics;
 mod glass;
 mod hard;
+mod highlights;
 mod lenses;
 mod light;
 mod matched;
@@ -29,6 +30,7 @@ pub fn all() -> Vec<Case> {
         caustics::cases(),
         uniform::cases(),
         light::cases(),
+        highlights::cases(),
         numerics::cases(),
         hard::cases(),
         matched::cases(),

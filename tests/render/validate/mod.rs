@@ -102,6 +102,7 @@ cases! {
     laser_at_bin_edge "laser-bin-edge",
     energy "energy",
     reciprocity "reciprocity",
+    highlights "highlights",
     no_dispersion "no-dispersion",
     channels "channels",
     scale "scale",
