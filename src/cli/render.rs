@@ -27,7 +27,7 @@ use crate::render::{Checkpointable, Ended, Rendering, Share, Stop, Summary};
 use crate::scene::{FilmSettings, Scene, advice_before_rendering};
 use clap::ValueEnum;
 use report::Report;
-use std::io::{IsTerminal, stderr};
+use std::io::{ErrorKind, IsTerminal, stderr};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -176,11 +176,11 @@ pub fn render(args: &Args, mut sequence: Option<&mut Sequence>) -> Outcome {
     // Before the work, not after it.
     let denoised = args.denoise.then(|| exr.with_extension("denoised.exr"));
     let denoised_png = denoised.as_ref().filter(|_| png.is_some()).map(|exr| exr.with_extension("png"));
-    let files = [Some(&exr), png.as_ref(), denoised.as_ref(), denoised_png.as_ref()].into_iter().flatten();
-    let files: Vec<&Path> = files.map(PathBuf::as_path).collect();
+    let paths = |exr, png| [exr, png].into_iter().flatten().map(PathBuf::as_path).collect::<Vec<&Path>>();
+    let (files, files_denoised) = (paths(Some(&exr), png.as_ref()), paths(denoised.as_ref(), denoised_png.as_ref()));
     let mut exposure = args.exposure;
     if let Some(sequence) = &mut sequence {
-        if sequence.has_finished(&files, &scene, &options, asked)? {
+        if sequence.has_finished(&files, &files_denoised, &scene, &options, asked)? {
             if talkative {
                 note(&format!("{} is done already", exr.display()));
             }
@@ -192,8 +192,8 @@ pub fn render(args: &Args, mut sequence: Option<&mut Sequence>) -> Outcome {
     if let Some(exposure) = settings.exposure {
         scene.film.exposure = if let Exposure::Stops(stops) = exposure { Some(stops) } else { None };
     }
-    files.iter().try_for_each(|path| check_writable(path, &scene.sources))?;
-    let warnings = if args.quiet { Vec::new() } else { warnings(&scene, args) };
+    files.iter().chain(&files_denoised).try_for_each(|path| check_writable(path, &scene.sources))?;
+    let mut warnings = if args.quiet { Vec::new() } else { warnings(&scene, args) };
     if talkative {
         let end = if png.is_none() { "; no picture is made" } else { "" };
         let lack = lacks_for_colour(bins.min_nm, bins.max_nm).map(|lack| lack + end);
@@ -298,7 +298,17 @@ pub fn render(args: &Args, mut sequence: Option<&mut Sequence>) -> Outcome {
         }
         stops = written.ok();
         origin.exposure = stops;
-        if let Some(denoised) = &denoised {
+        if denoised.is_some() && rendering.film.batches() == 1 {
+            // Those of an earlier render would be taken for this one's.
+            files_denoised.iter().try_for_each(|path| remove_if_there(path))?;
+            warnings.push(format!(
+                "{} is not denoised: one batch does not tell what is noise, two do; render it for longer",
+                exr.display()
+            ));
+            if talkative {
+                warnings.last().into_iter().for_each(|w| note(&format!("warning: {w}")));
+            }
+        } else if let Some(denoised) = &denoised {
             let image = SpectralImage::of_film(&rendering.film, &origin, aovs)
                 .map_err(|problem| Error::usage(problem, "give it bins"))?;
             // What went wrong before comes first, and what is done is kept.
@@ -409,6 +419,13 @@ pub fn write_files(
         )?;
     }
     Ok(exposure)
+}
+
+fn remove_if_there(path: &Path) -> Result<()> {
+    match std::fs::remove_file(path) {
+        Err(e) if e.kind() != ErrorKind::NotFound => Err(Error::file(path, format!("cannot remove: {e}"), "remove it")),
+        _ => Ok(()),
+    }
 }
 
 /// The spectral EXR to write: as told, or beside the scene's name.

@@ -148,11 +148,19 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Whether `files`, of which the first is the spectral EXR, are those of the frame that `scene` and `options` make, and done.
+    /// Whether `files`, of which the first is the spectral EXR, are those of the frame that `scene` and `options` make, and done; with those `denoised`,
+    /// unless it has the one batch that cannot be.
     ///
     /// # Errors
     /// [`Error::File`] where there is another picture: the first difference is named.
-    pub fn has_finished(&mut self, files: &[&Path], scene: &Scene, options: &Value, asked: Exposure) -> Result<bool> {
+    pub fn has_finished(
+        &mut self,
+        files: &[&Path],
+        denoised: &[&Path],
+        scene: &Scene,
+        options: &Value,
+        asked: Exposure,
+    ) -> Result<bool> {
         let exr = files[0];
         if !exr.exists() {
             return Ok(false);
@@ -173,7 +181,8 @@ impl Sequence {
         if let Some((what, theirs, ours)) = of_scene.chain(of_options).find(|(_, theirs, ours)| theirs != ours) {
             return Err(Error::file(exr, format!("this frame is of another {what}: {theirs} instead of {ours}"), remedy));
         }
-        let is_finished = said("abbe.interrupted") == "no" && files.iter().all(|file| file.exists());
+        let denoised = if said("abbe.batches") == "1" { &[] } else { denoised };
+        let is_finished = said("abbe.interrupted") == "no" && files.iter().chain(denoised).all(|file| file.exists());
         if let (true, Some(stops)) = (is_finished, said("EV").parse().ok()) {
             self.exposure(scene, options, asked)?;
             self.keep_exposure(scene, options, asked, stops)?;

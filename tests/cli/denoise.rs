@@ -60,6 +60,30 @@ fn what_the_denoiser_lacks_is_named() {
 }
 
 #[test]
+fn one_batch_is_written_as_it_is_and_nothing_that_looks_denoised_is_left() {
+    let folder = Folder::new("denoise-one");
+    let render = |spp: &str, more: &[&str]| {
+        let output = folder.run(&[&RENDER[..7], &[spp, "--denoise", "-o", "one.exr"], more].concat());
+        assert!(output.status.success(), "{spp}: {}", text(&output.stderr));
+        (text(&output.stdout), text(&output.stderr))
+    };
+    let files = ["one.exr", "one.png", "one.denoised.exr", "one.denoised.png"];
+    let is_there = || files.map(|file| folder.0.join(file).exists());
+    render("2", &[]);
+    assert_eq!(is_there(), [true; 4]);
+    let (said, warned) = render("1", &[]);
+    assert_eq!(is_there(), [true, true, false, false], "those before were of another render");
+    assert!(!said.contains("denoised") && warned.contains("one.exr is not denoised") && warned.contains("longer"), "{said}{warned}");
+    assert_eq!(SpectralImage::read(folder.0.join("one.exr")).unwrap().attribute("abbe.batches"), Some("1"));
+    let said: serde_json::Value = serde_json::from_str(&render("1", &["--json"]).0).unwrap();
+    assert_eq!(said["denoised"], serde_json::json!([]));
+    assert!(said["warnings"].to_string().contains("not denoised"), "{said}");
+    // A frame is done with that.
+    let frame = || text(&folder.run(&[&RENDER[..7], &["1", "--denoise", "--frames", "3"]].concat()).stderr);
+    assert!(frame().contains("ball.0003.exr is not denoised") && frame().contains("ball.0003.exr is done already"));
+}
+
+#[test]
 fn a_render_that_goes_on_has_the_same_halves() {
     let folder = Folder::new("denoise-resume");
     let render = |spp: &str, name: &str, more: &[&str]| run(&folder, &[&RENDER[..7], &[spp, "-o", name], more].concat());
