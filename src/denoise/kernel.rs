@@ -9,6 +9,7 @@ use super::rows::{self, COLUMNS, LANES, RADIUS, SIDE, WIDTHS};
 use super::tile::{self, HEIGHT, MARGIN, Tile, WIDTH, Window};
 use rayon::prelude::*;
 use std::array::from_fn;
+use std::ops::RangeInclusive;
 
 /// Variances vary from pixel to pixel as batches have them; how large they are is measured over squares of twice this and one pixels.
 const SCALE_RADIUS: usize = 4;
@@ -66,6 +67,8 @@ pub struct Kernel<'a, const PATCH: usize> {
     pub features: &'a [&'a Feature],
     /// Differences count the less, the larger these: k of the paper, a picture for each.
     pub widths: [f32; WIDTHS],
+    /// Pixels to every side that a pixel may be like, [`RADIUS`] at most.
+    pub reach: usize,
 }
 
 /// Tiles of `SIDE` offsets in a row.
@@ -107,6 +110,11 @@ impl<const PATCH: usize> Kernel<'_, PATCH> {
         filtered
     }
 
+    /// Rows, and columns, that pixels are compared with; [`RADIUS`] is their own.
+    fn offsets(&self) -> RangeInclusive<usize> {
+        RADIUS - self.reach..=RADIUS + self.reach
+    }
+
     /// Weighted sums over the surroundings of the pixels of the tile at `corner`, of both halves of all planes and of the base.
     fn tile_sums(&self, planes: &Halves, base: [&[f32]; 2], corner: (usize, usize)) -> [Vec<Sums>; 2] {
         let window = |plane: &[f32]| Window::new(self.size, plane, corner);
@@ -121,8 +129,8 @@ impl<const PATCH: usize> Kernel<'_, PATCH> {
         let mut sums = [0, 1].map(|half| vec![[[[[0.0; LANES]; WIDTHS]; WIDTH / LANES]; HEIGHT]; data[half].len()]);
         let mut seen = vec![[[0.0; WIDTH]; HEIGHT]; SIDE];
         let mut distances = [seen.clone(), seen.clone()];
-        for dy in 0..SIDE {
-            feature_distances(&features, &outside, dy, &mut seen);
+        for dy in self.offsets() {
+            self.feature_distances(&features, &outside, dy, &mut seen);
             self.distances(&guides, dy, &mut distances);
             for (half, sums) in sums.iter_mut().enumerate() {
                 self.add(&distances[1 - half], &seen, &data[half], dy, sums);
@@ -139,7 +147,7 @@ impl<const PATCH: usize> Kernel<'_, PATCH> {
         let mut across = [[[0.0; WIDTH]; tile::ROWS]; 2];
         let (mut noise, mut share, mut apart) = ([0.0; COLUMNS], [0.0; COLUMNS], [0.0; COLUMNS]);
         for (values, variance) in guides {
-            for dx in 0..SIDE {
+            for dx in self.offsets() {
                 for i in 0..HEIGHT + 2 * PATCH {
                     let (row, column) = (MARGIN - PATCH + i, MARGIN - PATCH);
                     let (other_row, other_column) = (row + dy - RADIUS, column + dx - RADIUS);
@@ -165,8 +173,8 @@ impl<const PATCH: usize> Kernel<'_, PATCH> {
         for y in 0..HEIGHT {
             for block in 0..WIDTH / LANES {
                 let x = block * LANES;
-                for (dx, weights) in weights.iter_mut().enumerate() {
-                    rows::weigh(&distances[dx][y][x..], &seen[dx][y][x..], &scales, weights);
+                for dx in self.offsets() {
+                    rows::weigh(&distances[dx][y][x..], &seen[dx][y][x..], &scales, &mut weights[dx]);
                 }
                 for (data, sums) in data.iter().zip(sums.iter_mut()) {
                     rows::add_weighted(&weights, data.at(MARGIN + y + dy - RADIUS, MARGIN + x - RADIUS), &mut sums[y][block]);
@@ -174,20 +182,20 @@ impl<const PATCH: usize> Kernel<'_, PATCH> {
             }
         }
     }
-}
 
-/// How much what is seen differs, likewise: the feature that differs most. Infinite for what is not in the picture.
-fn feature_distances(features: &[(Window, Window)], outside: &Window, dy: usize, distances: &mut [Tile]) {
-    for (dx, distances) in distances.iter_mut().enumerate() {
-        for (y, distances) in distances.iter_mut().enumerate() {
-            let (row, other_row, other_column) = (MARGIN + y, MARGIN + y + dy - RADIUS, MARGIN + dx - RADIUS);
-            *distances = *outside.at(other_row, other_column);
-            for (mean, variance) in features {
-                rows::compare_seen(
-                    (mean.at(row, MARGIN), variance.at(row, MARGIN)),
-                    (mean.at(other_row, other_column), variance.at(other_row, other_column)),
-                    distances,
-                );
+    /// How much what is seen differs, likewise: the feature that differs most. Infinite for what is not in the picture.
+    fn feature_distances(&self, features: &[(Window, Window)], outside: &Window, dy: usize, distances: &mut [Tile]) {
+        for dx in self.offsets() {
+            for (y, distances) in distances[dx].iter_mut().enumerate() {
+                let (row, other_row, other_column) = (MARGIN + y, MARGIN + y + dy - RADIUS, MARGIN + dx - RADIUS);
+                *distances = *outside.at(other_row, other_column);
+                for (mean, variance) in features {
+                    rows::compare_seen(
+                        (mean.at(row, MARGIN), variance.at(row, MARGIN)),
+                        (mean.at(other_row, other_column), variance.at(other_row, other_column)),
+                        distances,
+                    );
+                }
             }
         }
     }

@@ -173,13 +173,13 @@ fn a_bright_sample_is_spread_and_its_light_is_kept() {
 
 #[test]
 fn pictures_of_any_size_are_filtered() {
-    for (width, height, bins) in [(1, 1, 1), (3, 1, 2), (1, 30, 1), (2, 2, 25), (9, 8, 3)] {
+    for (width, height, bins) in [(1, 1, 1), (3, 1, 2), (1, 30, 1), (2, 2, 25), (9, 8, 3), (9, 8, 0)] {
         let (size, channels) = (Size { width, height }, bins + 3);
         let mut random = Random(1);
         let mut some = |planes: usize| -> Vec<Vec<f32>> {
             (0..planes).map(|_| (0..size.pixels()).map(|_| random.next()).collect()).collect()
         };
-        let (mean, half, error) = (some(channels), some(channels), some(bins + 1));
+        let (mean, half, error) = (some(channels), some(channels), some(bins.max(3) + 1));
         let noisy = Noisy { size, mean, half, error, features: vec![(some(1).remove(0), some(1).remove(0), true)] };
         let filtered = noisy.filter();
         assert!(filtered.mean.iter().chain(&filtered.error).flatten().all(|v| v.is_finite()), "{size:?}");

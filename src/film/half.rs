@@ -66,12 +66,12 @@ impl Film {
     /// noise, however unequal the halves are. 0 where it is not kept, or a half has no batch.
     pub fn half_difference(&self, pixel: usize, channel: usize) -> f64 {
         let Some(half) = &self.half else { return 0.0 };
-        let weight = f64::from(half.weight[pixel]);
-        let rest = self.weight[pixel] - weight;
-        if weight <= 0.0 || rest <= 0.0 {
-            return 0.0;
-        }
         let at = pixel * self.channels + channel;
-        (weight / rest).sqrt() * (f64::from(half.mean[at]) - self.mean[at])
+        half_difference(half.mean[at].into(), half.weight[pixel].into(), self.mean[at], self.weight[pixel])
     }
+}
+
+/// Of a half whose mean is `x` over `w` of `all` samples.
+pub(super) fn half_difference(x: f64, w: f64, mean: f64, all: f64) -> f64 {
+    if w > 0.0 && all > w { (w / (all - w)).sqrt() * (x - mean) } else { 0.0 }
 }

@@ -17,11 +17,13 @@
 //! cancel, of as many terms as there are batches.
 
 pub mod aov;
+mod earlier;
 mod errors;
 mod half;
 mod merge;
 mod whole;
 
+pub use earlier::Earlier;
 pub use errors::Errors;
 
 use crate::color::cie::is_visible;

@@ -406,6 +406,13 @@ impl<'a> FilmChannels<'a> {
     }
 }
 
+/// What [`write_exr`] writes in the channel `name`, pixel by pixel; `None` where the file has none.
+pub fn plane_of_film(film: &Film, aovs: &Aovs, name: &str) -> Option<Vec<f32>> {
+    let source = FilmChannels::new(film, &Provenance::default(), aovs);
+    let channel = source.channels.iter().position(|(n, _)| n == name)?;
+    Some((0..film.pixels()).map(|pixel| source.value(channel, pixel)).collect())
+}
+
 /// What `R G B` are multiplied by at an exposure in stops.
 pub(super) fn preview_gain(exposure: f64) -> f64 {
     exposure.exp2() / xyz_of_unit(Observer::Cie1931)[1]

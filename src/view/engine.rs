@@ -1,5 +1,6 @@
 //! What renders: one thread that owns the document and all that follows from it, takes commands and publishes what it comes to.
 
+use super::denoiser::Halves;
 use super::document::Document;
 use super::live::{Command, Live, Published, lock};
 use super::pick::Picker;
@@ -70,6 +71,9 @@ pub struct Engine {
     gpu: Arc<Gpu>,
     integrator: Option<GpuIntegrator>,
     rendering: Rendering,
+    /// Number of that render.
+    number: u64,
+    halves: Halves,
     aovs: Option<Arc<AovBuffers>>,
     wants_aovs: bool,
     picker: Option<Picker>,
@@ -113,6 +117,8 @@ impl Engine {
             gpu,
             integrator: None,
             rendering,
+            number: 0,
+            halves: Halves::default(),
             aovs: None,
             wants_aovs: false,
             picker: None,
@@ -225,7 +231,7 @@ impl Engine {
                     self.show_rendered();
                 }
             }
-            Command::Aovs => self.wants_aovs = true,
+            Command::Aovs => self.wants_aovs = self.aovs.is_none(),
             Command::Pick(place, reply) => reply(self.pick(place)),
             Command::Save(name, reply) => {
                 let saved = self.document().save(&name);
@@ -329,6 +335,7 @@ impl Engine {
         self.publish_status(if is_new { "compiling" } else { "preparing" });
         self.progress = None;
         self.rendering = Rendering::new(Film::try_new(&self.scene.film)?);
+        (self.number, self.halves) = (self.number + 1, Halves::default());
         GpuIntegrator::on(self.gpu.clone(), &self.scene, self.request.seed, plan)
     }
 
@@ -371,12 +378,15 @@ impl Engine {
         let summary = rendering.render(&mut integrator, &stop, &mut |progress, state| {
             self.progress = Some(*progress);
             self.publish_status("rendering");
+            if self.halves.is_due(progress.spp) {
+                self.halves.keep(&state.settled().0.film, progress.spp);
+            }
             if self.shows(begun, progress) {
                 let rendering = state.settled().0;
                 self.show(rendering.film.clone(), rendering, false);
             }
             let looks_at_files = self.watched.elapsed() >= WATCH && lock(&self.document).is_outdated();
-            let is_wanted = self.waiting.load(SeqCst) > 0 || looks_at_files || self.wants_aovs && self.aovs.is_none();
+            let is_wanted = self.waiting.load(SeqCst) > 0 || looks_at_files || self.wants_aovs;
             if is_wanted { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         *lock(&self.halt) = None;
@@ -419,20 +429,23 @@ impl Engine {
     fn show(&self, film: Film, rendering: &Rendering, is_preview: bool) {
         let begun = Instant::now();
         let (aovs, provenance) = (self.aovs.clone(), self.provenance(rendering));
-        let (name, content) = (self.scene.name.clone(), Content::Film(Box::new(film)));
-        let picture = Picture { name, content, is_preview, aovs, provenance };
+        let earlier = self.halves.half().filter(|_| !is_preview);
+        let picture = Picture::new(self.scene.name.clone(), Content::Film(Box::new(film)));
+        let picture = Picture { is_preview, render: self.number, aovs, earlier, provenance, ..picture };
         self.published.pictures[0].send_replace(Some(Arc::new(picture)));
         self.published.spent.fetch_add(begun.elapsed().as_nanos() as u64, SeqCst);
     }
 
     fn find_aovs(&mut self) -> Result<()> {
-        if !self.wants_aovs || self.aovs.is_some() {
+        if !self.wants_aovs {
             return Ok(());
         }
+        self.wants_aovs = false;
         let Some(integrator) = &mut self.integrator else { return Ok(()) };
         const SAMPLES: u32 = 16;
         integrator.heed(&Halt::default());
-        self.aovs = Some(Arc::new(integrator.aovs(&albedos(&self.scene), 0, SAMPLES)?));
+        let mut half = |index| integrator.aovs(&albedos(&self.scene), index, SAMPLES);
+        self.aovs = Some(Arc::new(AovBuffers::of_halves(half(0)?, half(1)?)));
         self.show_rendered();
         Ok(())
     }

@@ -29,7 +29,7 @@ pub enum Command {
     Undo(bool),
     /// Render no more for now, or go on.
     Pause(bool),
-    /// Find depth, normals and albedos.
+    /// Find depth, normals and albedos of the picture at hand.
     Aovs,
     /// Say what lies at this place of the picture, from 0 to 1 across and down.
     Pick([f64; 2], Reply),
@@ -52,6 +52,8 @@ pub struct Published {
     pub status: watch::Sender<Arc<Value>>,
     /// The picture, and that of a second file.
     pub pictures: [watch::Sender<Option<Arc<Picture>>>; 2],
+    /// The last picture that was denoised, for pages that want it.
+    pub denoised: watch::Sender<Option<Arc<Picture>>>,
     /// Nanoseconds that were spent on showing it.
     pub spent: AtomicU64,
 }
@@ -63,8 +65,20 @@ impl Default for Published {
             document: watch::Sender::new(Arc::new(json!({}))),
             status: watch::Sender::new(Arc::new(json!({"phase": "loading"}))),
             pictures: [watch::Sender::new(None), watch::Sender::new(None)],
+            denoised: watch::Sender::new(None),
             spent: AtomicU64::new(0),
         }
+    }
+}
+
+impl Published {
+    /// The picture to be seen: where it is wanted denoised, the last one that is, if it is of the same render.
+    pub fn seen(&self, source: usize, denoised: bool) -> Option<Arc<Picture>> {
+        let picture = self.pictures[source].borrow().clone()?;
+        let is_wanted = denoised && source == 0 && !picture.is_preview;
+        let without_noise =
+            self.denoised.borrow().clone().filter(|without_noise| is_wanted && without_noise.render == picture.render);
+        Some(without_noise.unwrap_or(picture))
     }
 }
 

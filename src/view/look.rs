@@ -77,11 +77,13 @@ pub struct Look {
     pub exposure: Option<Exposure>,
     /// Develop's settings but for that.
     pub development: Development,
+    /// Whether its colours are to be without noise, where that is known.
+    pub denoise: bool,
 }
 
 impl Default for Look {
     fn default() -> Self {
-        Look { view: View::Colors, nm: 550.0, exposure: None, development: Development::default() }
+        Look { view: View::Colors, nm: 550.0, exposure: None, development: Development::default(), denoise: false }
     }
 }
 
@@ -109,6 +111,7 @@ impl Look {
                 gamut: choice(&value["gamut"], &Gamut::NAMED, Gamut::Map),
                 ..Development::default()
             },
+            denoise: value["denoise"].as_bool().unwrap_or(false),
         }
     }
 
@@ -144,7 +147,10 @@ pub fn draw(look: &Look, picture: &Picture, other: Option<&Picture>) -> Result<D
                 Some(first) => look.exposure(first, &first.xyz(observer)?),
                 None => look.exposure(picture, &xyz),
             };
-            Ok(developed(look, size, &xyz, exposure))
+            let denoised = picture.denoised.get().filter(|_| look.denoises());
+            let mut drawn = developed(look, size, denoised.unwrap_or(&xyz), exposure);
+            drawn.about["denoised"] = json!(denoised.is_some());
+            Ok(drawn)
         }
         View::Bin => {
             let centres = picture.centres_nm();
@@ -328,8 +334,13 @@ impl Look {
         matches!(self.view, View::Difference | View::DeltaE)
     }
 
-    /// Whether it shows what is seen first.
+    /// Whether it is of a picture without noise: its colours as the standard observer sees them, since only X, Y, Z are denoised.
+    pub fn denoises(&self) -> bool {
+        self.denoise && self.view == View::Colors && self.development.observer == Observer::Cie1931
+    }
+
+    /// Whether it shows, or takes, what is seen first.
     pub fn needs_aovs(&self) -> bool {
-        matches!(self.view, View::Depth | View::Normal | View::Albedo)
+        self.denoises() || matches!(self.view, View::Depth | View::Normal | View::Albedo)
     }
 }

@@ -3,6 +3,7 @@
 
 pub mod access;
 mod catalogue;
+pub mod denoiser;
 pub mod document;
 pub mod engine;
 mod files;
@@ -19,6 +20,7 @@ pub use files::Files;
 
 use crate::error::{Error, Result};
 use access::Access;
+use denoiser::Denoiser;
 use live::{Live, Published};
 use server::Shared;
 use std::net::{SocketAddr, TcpListener};
@@ -48,9 +50,10 @@ impl Server {
         let address = listener.local_addr().map_err(taken)?;
         let access = Access::new(host, address.port()).map_err(|problem| Error::usage(problem, "report this"))?;
         let token = access.token().to_string();
-        let router = server::router(Shared { published, live }, access);
         let runtime =
             tokio::runtime::Builder::new_current_thread().enable_all().max_blocking_threads(4).build().map_err(taken)?;
+        let denoiser = Denoiser::start(&runtime, published.clone());
+        let router = server::router(Shared { published, live, denoiser }, access);
         let (stop, stopped) = oneshot::channel();
         let serve = move || {
             runtime.block_on(async {

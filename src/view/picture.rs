@@ -3,12 +3,12 @@
 use crate::color::bins::{emission_weights, reflection_weights, xyz_image};
 use crate::color::cie::{xyz_of, xyz_of_unit};
 use crate::color::upsample::white;
-use crate::film::Film;
 use crate::film::aov::AovBuffers;
+use crate::film::{Earlier, Film};
 use crate::output::exr::error_channel_name;
 use crate::output::{Provenance, Quantity, SpectralImage};
 use crate::spectrum::library::Observer;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Where the pixels come from.
 #[derive(Debug, Clone)]
@@ -28,8 +28,14 @@ pub struct Picture {
     pub content: Content,
     /// A quick look at what is on its way.
     pub is_preview: bool,
+    /// Number of the render that it is of, or is to be followed by.
+    pub render: u64,
     /// What is seen first, where it is known.
     pub aovs: Option<Arc<AovBuffers>>,
+    /// What the film was with fewer samples, for the denoiser.
+    pub earlier: Option<Arc<Earlier>>,
+    /// X, Y, Z without noise, once somebody has wanted them.
+    pub denoised: OnceLock<Vec<[f32; 3]>>,
     /// How a film was made.
     pub provenance: Provenance,
 }
@@ -57,8 +63,13 @@ pub struct Spectral {
 impl Picture {
     /// Of a file.
     pub fn of_file(name: String, image: SpectralImage) -> Self {
-        let (content, provenance) = (Content::File(Box::new(image)), Provenance::default());
-        Picture { name, content, is_preview: false, aovs: None, provenance }
+        Picture::new(name, Content::File(Box::new(image)))
+    }
+
+    /// Of which no more is known.
+    pub fn new(name: String, content: Content) -> Self {
+        let (denoised, provenance) = (OnceLock::new(), Provenance::default());
+        Picture { name, content, is_preview: false, render: 0, aovs: None, earlier: None, denoised, provenance }
     }
 
     /// The exposure that goes with it, in stops: that of its scene, or of its file.

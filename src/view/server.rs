@@ -2,6 +2,7 @@
 
 use super::access::{Access, guard};
 use super::catalogue;
+use super::denoiser::Denoiser;
 use super::frame::encode_png;
 use super::live::{Live, Published};
 use super::look::{Look, draw};
@@ -34,6 +35,8 @@ pub struct Shared {
     pub published: Arc<Published>,
     /// What renders; nothing where files are looked at.
     pub live: Option<Live>,
+    /// What takes noise off it.
+    pub denoiser: Denoiser,
 }
 
 /// The routes, behind the guard.
@@ -109,10 +112,6 @@ fn glass(query: Option<&str>) -> Response<Body> {
     }
 }
 
-fn shown(shared: &Shared, source: usize) -> Option<Arc<Picture>> {
-    shared.published.pictures[source].borrow().clone()
-}
-
 /// As a page sees it, to keep.
 async fn picture(State(shared): State<Shared>, RawQuery(query): RawQuery) -> Response<Body> {
     let value = |key| queried(query.as_deref(), key);
@@ -120,7 +119,7 @@ async fn picture(State(shared): State<Shared>, RawQuery(query): RawQuery) -> Res
         value("look").and_then(|text| serde_json::from_str(&text).ok()).map_or_else(Look::default, |v: Value| Look::of_json(&v));
     let source = usize::from(value("source").as_deref() == Some("1"));
     let drawn = tokio::task::spawn_blocking(move || {
-        let shown = [0, 1].map(|i| shown(&shared, i));
+        let shown = [0, 1].map(|i| shared.published.seen(i, look.denoises()));
         let picture = shown[source].as_deref().ok_or("there is no picture yet")?;
         let other = shown[1 - source].as_deref();
         encode_png(&draw(&look, picture, other.filter(|_| source == 1 || look.is_of_two()))?, true)
@@ -135,7 +134,7 @@ async fn picture(State(shared): State<Shared>, RawQuery(query): RawQuery) -> Res
 /// The film as a spectral EXR.
 async fn spectra(State(shared): State<Shared>) -> Response<Body> {
     let written = tokio::task::spawn_blocking(move || {
-        let picture = shown(&shared, 0).filter(|p| !p.is_preview).ok_or("no batch is done yet")?;
+        let picture = shared.published.seen(0, false).filter(|p| !p.is_preview).ok_or("no batch is done yet")?;
         let Content::Film(film) = &picture.content else { return Err("the file is a spectral EXR already".to_string()) };
         exr(film, &picture).map_err(|e| e.to_string())
     });

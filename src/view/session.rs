@@ -11,7 +11,6 @@ use crate::color::cie::xy;
 use axum::extract::ws::{Message, WebSocket};
 use serde_json::{Value, json};
 use std::future::pending;
-use std::sync::Arc;
 use std::sync::atomic::Ordering::SeqCst;
 use std::time::{Duration, Instant};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
@@ -39,6 +38,7 @@ pub async fn session(mut socket: WebSocket, shared: Shared) {
     let published = shared.published.clone();
     let (mut documents, mut states) = (published.document.subscribe(), published.status.subscribe());
     let [mut first, mut second] = [0, 1].map(|i| published.pictures[i].subscribe());
+    let mut denoised = published.denoised.subscribe();
     documents.mark_changed();
     states.mark_changed();
     if let Some(live) = &shared.live {
@@ -63,7 +63,8 @@ pub async fn session(mut socket: WebSocket, shared: Shared) {
                 told = Instant::now();
                 Message::text(json!({"type": "status", "status": **states.borrow_and_update()}).to_string())
             }
-            Ok(()) = first.changed() => { page.renew(0); continue; }
+            Ok(()) = first.changed() => { page.renew_first(&shared); continue; }
+            Ok(()) = denoised.changed() => { if page.look.denoises() { page.renew(0); } continue; }
             Ok(()) = second.changed() => { page.renew(1); continue; }
             Some(reply) = replied.recv() => Message::text(reply.to_string()),
             (source, drawn) = drawing => {
@@ -102,11 +103,31 @@ impl Page {
         }
     }
 
+    /// A newer first picture is there. One without noise is seen until the next one is.
+    fn renew_first(&mut self, shared: &Shared) {
+        self.want(shared);
+        let seen = shared.published.seen(0, self.look.denoises());
+        if !seen.is_some_and(|seen| self.look.denoises() && seen.denoised.get().is_some()) {
+            self.renew(0);
+        }
+    }
+
+    /// Asks for what the look takes beside the picture.
+    fn want(&self, shared: &Shared) {
+        let (Some(live), Some(picture)) = (&shared.live, shared.published.seen(0, false)) else { return };
+        if self.look.needs_aovs() && picture.aovs.is_none() {
+            live.send(Command::Aovs);
+        }
+        if self.look.denoises() {
+            shared.denoiser.want(&picture);
+        }
+    }
+
     /// Begins to draw what is to be seen anew, unless one is on its way.
     fn draw(&mut self, shared: &Shared) {
         let next = (0..2).find(|&i| self.shown[i] && self.stale[i] && !self.in_flight[i]);
         let (Some(source), None) = (next, &self.drawing) else { return };
-        let pictures = [0, 1].map(|i| shared.published.pictures[i].borrow().clone());
+        let pictures = [0, 1].map(|i| shared.published.seen(i, self.look.denoises()));
         let Some(picture) = pictures[source].clone() else { return };
         self.stale[source] = false;
         let (look, published) = (self.look.clone(), shared.published.clone());
@@ -134,11 +155,7 @@ impl Page {
                 let source = source_of(request).unwrap_or(0);
                 self.shown = [0, 1].map(|i| both || i == source);
                 self.stale = [true; 2];
-                if self.look.needs_aovs()
-                    && let Some(live) = &shared.live
-                {
-                    live.send(Command::Aovs);
-                }
+                self.want(shared);
             }
             "spectrum" => {
                 // A mean over a large film takes its time.
@@ -213,7 +230,7 @@ fn frame(look: &Look, source: usize, picture: &Picture, other: Option<&Picture>)
 fn spectrum(request: &Value, shared: &Shared) -> Value {
     let id = &request["id"];
     let source = source_of(request).unwrap_or(0);
-    let picture: Option<Arc<Picture>> = shared.published.pictures[source].borrow().clone();
+    let picture = shared.published.seen(source, false);
     let place: Option<[f64; 4]> = request["region"].as_array().and_then(|list| {
         let numbers: Vec<f64> = list.iter().filter_map(Value::as_f64).filter(|v| (0.0..=1.0).contains(v)).collect();
         numbers.try_into().ok()

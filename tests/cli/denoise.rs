@@ -73,7 +73,10 @@ fn one_batch_is_written_as_it_is_and_nothing_that_looks_denoised_is_left() {
     assert_eq!(is_there(), [true; 4]);
     let (said, warned) = render("1", &[]);
     assert_eq!(is_there(), [true, true, false, false], "those before were of another render");
-    assert!(!said.contains("denoised") && warned.contains("one.exr is not denoised") && warned.contains("longer"), "{said}{warned}");
+    assert!(
+        !said.contains("denoised") && warned.contains("one.exr is not denoised") && warned.contains("longer"),
+        "{said}{warned}"
+    );
     assert_eq!(SpectralImage::read(folder.0.join("one.exr")).unwrap().attribute("abbe.batches"), Some("1"));
     let said: serde_json::Value = serde_json::from_str(&render("1", &["--json"]).0).unwrap();
     assert_eq!(said["denoised"], serde_json::json!([]));

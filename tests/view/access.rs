@@ -12,7 +12,7 @@ fn server() -> Server {
 }
 
 /// The cookie that the token is exchanged for.
-fn cookie(server: &Server) -> String {
+pub fn cookie(server: &Server) -> String {
     let answer = get(server.address, &format!("/?token={}", server.token), &[]);
     let set = answer.header("Set-Cookie").expect("a cookie");
     set.split(';').next().expect("a pair").to_string()

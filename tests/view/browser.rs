@@ -203,6 +203,15 @@ fn session() {
     eprintln!("progress after {answered:.2} s, a picture after {seen:.2} s, done after {:.2} s", begun.elapsed().as_secs_f64());
     page.shoot("scene");
 
+    // What is seen without noise says so.
+    let shown = |denoised: bool| format!("document.querySelector('.frame').dataset.denoised === '{denoised}'");
+    page.until(&shown(false));
+    page.click("#denoise");
+    page.until(&shown(true));
+    page.shoot("denoised");
+    page.click("#denoise");
+    page.until(&shown(false));
+
     // The sky beside the screen is a blackbody of 5000 K: x 0.3451, y 0.3516.
     page.run("const c = document.getElementById('picture-0'), b = c.getBoundingClientRect(); c.setPointerCapture = () => {};
         for (const type of ['pointerdown', 'pointerup']) c.dispatchEvent(new PointerEvent(type, {bubbles: true, pointerId: 7, button: 0, clientX: b.left + 4, clientY: b.top + 4}))");

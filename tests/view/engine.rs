@@ -17,16 +17,19 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-const SPP: u32 = 24;
+/// Samples per pixel.
+pub const SPP: u32 = 24;
 
-struct Running {
-    live: Live,
-    published: Arc<Published>,
+/// An engine at work.
+pub struct Running {
+    pub live: Live,
+    pub published: Arc<Published>,
     thread: Option<std::thread::JoinHandle<(Option<Film>, Provenance)>>,
 }
 
 impl Running {
-    fn start(document: Document, scene: abbe::scene::Scene) -> Self {
+    /// Renders it, [`SPP`] samples per pixel.
+    pub fn start(document: Document, scene: abbe::scene::Scene) -> Self {
         let published = Arc::new(Published::default());
         let stop = Stop { spp: Some(SPP), ..Stop::default() };
         let request = Request { device: None, seed: 0, stop };
@@ -39,7 +42,7 @@ impl Running {
     }
 
     /// Waits until it is done with what is the newest, and returns the picture.
-    fn settled(&self, seen: Option<&Arc<Picture>>) -> Arc<Picture> {
+    pub fn settled(&self, seen: Option<&Arc<Picture>>) -> Arc<Picture> {
         let begun = Instant::now();
         loop {
             let picture = self.published.pictures[0].borrow().clone();
@@ -62,12 +65,14 @@ impl Running {
     }
 }
 
-fn film(picture: &Picture) -> &Film {
+/// What it is of.
+pub fn film(picture: &Picture) -> &Film {
     let Content::Film(film) = &picture.content else { panic!("a file") };
     film
 }
 
-fn bits(film: &Film) -> Vec<u64> {
+/// All bits of it.
+pub fn bits(film: &Film) -> Vec<u64> {
     (0..film.pixels()).flat_map(|p| film.pixel(p).iter().map(|v| v.to_bits()).collect::<Vec<_>>()).collect()
 }
 
@@ -202,7 +207,7 @@ fn a_picture_is_exposed_as_its_scene_says() {
         abbe::scene::load_str(&scene.to_string(), "scene".as_ref(), ".".as_ref(), &LoadOptions::default()).expect("a scene");
     let content = Content::Film(Box::new(Film::new(&scene.film)));
     let provenance = Provenance { exposure: scene.film.exposure, ..Provenance::default() };
-    let picture = Picture { name: String::new(), content, is_preview: false, aovs: None, provenance };
+    let picture = Picture { provenance, ..Picture::new(String::new(), content) };
     let exposure = |look: Value| draw(&Look::of_json(&look), &picture, None).expect("pixels").about["exposure"].clone();
     assert_eq!(exposure(json!({})), -3.5);
     assert_eq!(exposure(json!({"exposure": "2"})), 2.0);

@@ -145,6 +145,20 @@ impl Socket {
         }
     }
 
+    /// The next frame whose head is as wanted, and its PNG or JPEG; all frames until then are acknowledged.
+    pub fn frame(&mut self, is_wanted: impl Fn(&serde_json::Value) -> bool) -> Option<(serde_json::Value, Vec<u8>)> {
+        loop {
+            if let (false, frame) = self.receive()? {
+                let (head, length) =
+                    (frame_head(&frame), u32::from_le_bytes(frame[..4].try_into().expect("four bytes")) as usize);
+                self.send(&format!(r#"{{"type": "ack", "source": {}}}"#, head["source"]));
+                if is_wanted(&head) {
+                    return Some((head, frame[4 + length..].to_vec()));
+                }
+            }
+        }
+    }
+
     /// The next text of this type, as JSON; frames that come before are acknowledged.
     pub fn message(&mut self, kind: &str) -> Option<serde_json::Value> {
         loop {

@@ -3,6 +3,7 @@
 
 mod access;
 mod browser;
+mod denoise;
 mod document;
 mod engine;
 mod http;

@@ -4,7 +4,7 @@ import { $, figure, h } from "./dom.js";
 import { send } from "./link.js";
 import { unitText } from "./spectrum.js";
 
-export const look = { view: "colors", nm: 550, auto: true, stops: 0, tone: "none", gamut: "map", white: null, observer: "1931" };
+export const look = { view: "colors", nm: 550, auto: true, stops: 0, tone: "none", gamut: "map", white: null, observer: "1931", denoise: false };
 /// Views of one picture, by the keys from 1 on.
 export let views = [];
 /// Those of two, and those that a file has not.
@@ -14,7 +14,7 @@ const TEXTS = {
   colors: "Colours", bin: "One wavelength", luminance: "Luminance", error: "Relative error", depth: "Depth", normal: "Normals", albedo: "Albedo", samples: "Samples", difference: "Difference", "delta-e": "ΔE 2000",
   none: "None", reinhard: "Reinhard", aces: "ACES", agx: "AgX", map: "Keep hue and lightness", clip: "Clip", 1931: "CIE 1931, 2°", 1964: "CIE 1964, 10°",
 };
-let sources = { source: 0, both: false }, isOwnExposure = true;
+let sources = { source: 0, both: false }, isOwnExposure = true, isScene = false;
 
 /// As the server reads it: the exposure as `develop` does; that of the scene or file until it is changed here.
 export function told() {
@@ -59,9 +59,12 @@ export function begin(choices) {
     const fixed = Number($("exposure-now").dataset.stops ?? 0);
     set(auto.checked ? { auto: true, stops: 0 } : { auto: false, stops: Math.round(fixed * 10) / 10 });
   });
+  const denoise = h("input", { id: "denoise", type: "checkbox" });
+  denoise.addEventListener("change", () => set({ denoise: denoise.checked }));
   const kelvins = [2700, 3200, 4000, 5000, 5500, 6500, 7500, 9300].map((k) => [String(k), `${k} K`]);
   $("view-controls").append(
     select("view", "Show", named(views), (view) => set({ view })),
+    h("div", { class: "field" }, h("label", { for: "denoise" }, "Denoise"), denoise, h("output", { id: "denoise-out", for: "denoise" })),
     range("nm", "Wavelength", { min: 380, max: 780, step: 1 }, (nm) => set({ nm })),
     range("stops", "Exposure", { min: -12, max: 12, step: 0.1 }, (stops) => set({ stops })),
     h("div", { class: "field", id: "auto-row" }, h("label", { for: "auto" }, "Automatic"), auto, h("output", { id: "exposure-now" })),
@@ -77,6 +80,7 @@ export function setDocument(document_) {
   const usual = document_.kind === "files" ? views.filter((view) => !RENDERED.includes(view)) : views;
   const options = [...usual, ...(document_.files?.length > 1 ? COMPARE : [])];
   if ($("view").options.length !== options.length) $("view").replaceChildren(...named(options).map(option));
+  isScene = document_.kind === "scene";
   if (isOwnExposure) Object.assign(look, { auto: document_.exposure === null, stops: document_.exposure ?? 0 });
   refresh();
 }
@@ -95,7 +99,9 @@ function refresh() {
   for (const id of ["stops", "auto-row"]) ($(id).closest(".field") ?? $(id)).hidden = !isDeveloped;
   for (const id of ["tone", "white", "gamut"]) $(id).closest(".field").hidden = look.view !== "colors";
   $("observer").closest(".field").hidden = ["depth", "normal", "albedo", "samples", "error", "bin"].includes(look.view);
+  $("denoise").closest(".field").hidden = !isScene || look.view !== "colors" || look.observer !== "1931";
   $("auto").checked = look.auto;
+  $("denoise").checked = look.denoise;
   out("nm").textContent = `${look.nm} nm`;
   out("stops").textContent = `${look.auto && look.stops >= 0 ? "+" : ""}${look.stops.toFixed(1)} EV`;
 }
@@ -106,6 +112,7 @@ export function setFrame(head) {
     $("exposure-now").dataset.stops = head.exposure;
     $("exposure-now").textContent = `${head.exposure >= 0 ? "+" : ""}${head.exposure.toFixed(2)} EV`;
   }
+  out("denoise").textContent = head.denoised ? "denoised" : look.denoise ? "not yet" : "";
   const legend = $("legend");
   legend.hidden = !head.scale;
   if (!head.scale) return;

@@ -205,6 +205,7 @@ document.addEventListener("keydown", (event) => {
   const wanted = looks.views[Number(key) - 1];
   if (wanted) looks.set({ view: wanted });
   else if (key === "?") $("help").click();
+  else if (key === "d" && doc?.kind === "scene") looks.set({ denoise: !looks.look.denoise });
   else if (key === "p" && doc?.kind === "scene") $("pause").click();
   else if (key === "z") $("undo").click();
   else if (key === "y") $("redo").click();

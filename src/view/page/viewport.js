@@ -56,6 +56,7 @@ export function paint(source, head, bitmap) {
   // Pixels of a film are shown as they are, those of a preview blend.
   canvas.classList.toggle("sharp", !head.preview && canvas.parentElement.dataset.large === "true");
   canvas.dataset.preview = head.preview;
+  canvas.parentElement.dataset.denoised = Boolean(head.denoised);
   canvas.dataset.frames = Number(canvas.dataset.frames ?? 0) + 1;
 }
 
