@@ -111,6 +111,13 @@ impl Page {
         // States are told a little later than documents.
         std::thread::sleep(Duration::from_millis(500));
         self.until(DONE);
+        // And pictures later than states.
+        let frames = || self.run("return document.getElementById('picture-0').dataset.frames");
+        let mut last = Value::Null;
+        while last != frames() {
+            last = frames();
+            std::thread::sleep(Duration::from_millis(300));
+        }
     }
 
     /// Keeps what is seen, to be looked at.
