@@ -30,6 +30,9 @@ def main(path):
         there = {name for name in channels if name.startswith(f"{aov}.")}
         assert there in (set(), {f"{aov}.{axis}" for axis in axes}), there
         assert bool(there) == (f"abbe.{aov}" in header), f"abbe.{aov}"
+        behind = {name for name in channels if name.startswith(f"behind.{aov}.")}
+        assert behind in (set(), {f"behind.{aov}.{axis}" for axis in axes}), behind
+        assert bool(behind) == ("abbe.behind" in header), "abbe.behind"
     for name in spectral:
         assert (channels[name].pixels >= 0).all(), f"{name} is negative"
 

@@ -77,7 +77,7 @@ pub struct Args {
     /// Number or part of the name of a device (see 'abbe devices'), or 'reference' for double precision on the CPU
     #[arg(long, value_name = "NAME")]
     device: Option<String>,
-    /// Extra channels in the EXR, with commas between: standard errors; depth, normal and albedo of what is seen first; 'denoise' for all that 'abbe denoise' needs, these included
+    /// Extra channels in the EXR, with commas between: standard errors; depth, normal and albedo of what is seen first; 'denoise' for all that 'abbe denoise' needs, these and those of what is behind smooth glass and in mirrors included
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     aov: Vec<Aov>,
     /// Also write the picture without noise, as NAME.denoised.exr and .png; with --aov denoise in the EXR
@@ -220,6 +220,7 @@ pub fn render(args: &Args, mut sequence: Option<&mut Sequence>) -> Outcome {
         (true, false) => Some(aovs_of(0)?),
         (true, true) => Some(AovBuffers::of_halves(aovs_of(0)?, aovs_of(1)?)),
     };
+    let behind = aovs.as_ref().filter(|_| args.wants(Aov::Denoise)).and_then(AovBuffers::behind);
 
     let identity =
         checkpoint::identity(&scene, &args.overrides, args.seed, &args.techniques, &device.name, args.wants(Aov::Denoise));
@@ -228,7 +229,7 @@ pub fn render(args: &Args, mut sequence: Option<&mut Sequence>) -> Outcome {
     let integrator = device.integrator.as_mut();
     let mut state = Checkpointable::new(&mut rendering, integrator);
     keeper.resume(&mut state)?;
-    let room = Sizes::new(&scene.film, aov_channels(args, &scene.film), &keeper, &mut state).check(&exr)?;
+    let room = Sizes::new(&scene.film, aov_channels(args, &scene.film, behind.is_some()), &keeper, &mut state).check(&exr)?;
 
     interrupt::heed();
     let bar = Bar::new(args.quiet);
@@ -280,6 +281,7 @@ pub fn render(args: &Args, mut sequence: Option<&mut Sequence>) -> Outcome {
             depth: aovs_for(Aov::Depth),
             normal: aovs_for(Aov::Normal),
             albedo: aovs_for(Aov::Albedo),
+            behind,
             halves: args.wants(Aov::Denoise),
         };
         let (name, techniques) = (device.name.clone(), args.techniques.to_string());
@@ -371,16 +373,16 @@ pub fn render(args: &Args, mut sequence: Option<&mut Sequence>) -> Outcome {
     Ok(Done::Completely)
 }
 
-/// Channels that these are in a file.
-fn aov_channels(args: &Args, film: &FilmSettings) -> u64 {
-    let bins = u64::from(film.bins.count);
+/// Channels that these are in a file, with what is behind glass or without.
+fn aov_channels(args: &Args, film: &FilmSettings, behind: bool) -> u64 {
+    let (bins, behind) = (u64::from(film.bins.count), 14 * u64::from(behind));
     let of = |aov: Aov| match aov {
         Aov::Error => bins + 1,
         Aov::Depth => 1,
         Aov::Normal | Aov::Albedo => 3,
         // Halves of these; and another file without them.
-        Aov::Denoise if args.denoise => 2 * (bins + 10) + bins,
-        Aov::Denoise => bins + 10,
+        Aov::Denoise if args.denoise => 2 * (bins + 10) + bins + behind,
+        Aov::Denoise => bins + 10 + behind,
     };
     Aov::value_variants().iter().filter(|aov| args.wants(**aov)).map(|aov| of(*aov)).sum()
 }

@@ -36,9 +36,10 @@ use planes::Size;
 /// Attribute of what is denoised.
 const DENOISED: &str = "abbe.denoised";
 const XYZ: [&str; 3] = ["XYZ.X", "XYZ.Y", "XYZ.Z"];
+const DEPTH: &str = "depth.Z";
 /// What is seen, and whether it is a colour.
 const FEATURES: [(&str, bool); 7] = [
-    ("depth.Z", false),
+    (DEPTH, false),
     ("normal.X", false),
     ("normal.Y", false),
     ("normal.Z", false),
@@ -46,6 +47,8 @@ const FEATURES: [(&str, bool); 7] = [
     ("albedo.G", true),
     ("albedo.B", true),
 ];
+/// Before the names of those behind smooth glass and in mirrors.
+const BEHIND: &str = "behind.";
 
 /// What `image`, rendered with `--aov denoise`, is without noise: spectra, X Y Z and the preview at `exposure` stops are filtered, errors are root mean square
 /// errors with their bias, other channels stay, and what only the denoiser needs is left out.
@@ -71,7 +74,7 @@ pub fn denoise(image: &SpectralImage, exposure: f64) -> Result<SpectralImage, St
             _ if name == "error.Y" => filtered.error[bins + 1].clone(),
             _ => error_names.iter().position(|n| n == name).map_or(values, |b| &filtered.error[b]).clone(),
         };
-        (!name.starts_with("half.")).then(|| (name.clone(), values))
+        (!name.starts_with("half.") && !name.starts_with(BEHIND)).then(|| (name.clone(), values))
     };
     let mut attributes = image.attributes.clone();
     attributes.retain(|(name, _)| name != "EV");
@@ -88,6 +91,17 @@ pub fn denoise(image: &SpectralImage, exposure: f64) -> Result<SpectralImage, St
     Ok(denoised)
 }
 
+/// What tells where light is alike, and whether it is a colour: of the first surfaces, or where the file has them of those behind smooth glass and in mirrors,
+/// with the depth of the first ones, which has the outlines of the glass. (What a glass ball shows does not follow its normals, nor is it white.)
+fn features(image: &SpectralImage) -> Vec<(String, bool)> {
+    let seen = |prefix: &str| FEATURES.map(|(name, color)| (format!("{prefix}{name}"), color)).to_vec();
+    let behind = seen(BEHIND);
+    match image.other(&behind[0].0) {
+        Some(_) => [vec![(DEPTH.to_string(), false)], behind].concat(),
+        None => seen(""),
+    }
+}
+
 /// What the filter takes.
 fn noisy(image: &SpectralImage) -> Result<Noisy, String> {
     if image.quantity != Quantity::Emissive {
@@ -100,14 +114,14 @@ fn noisy(image: &SpectralImage) -> Result<Noisy, String> {
     };
     let xyz = || XYZ.iter().map(|name| (*name).to_string());
     let colors = image.wavelengths_nm.iter().map(|nm| channel_name(*nm)).chain(xyz());
-    let feature = |(name, color): &(&str, bool)| Ok((other(name)?.to_vec(), half(name)?.to_vec(), *color));
+    let feature = |(name, color): &(String, bool)| Ok((other(name)?.to_vec(), half(name)?.to_vec(), *color));
     let bin = |bin: usize| image.data.iter().skip(bin).step_by(image.bins()).copied().collect::<Vec<f32>>();
     let noisy = Noisy {
         size: Size { width: image.width, height: image.height },
         mean: (0..image.bins()).map(bin).chain(planes(&mut xyz())?).collect(),
         half: planes(&mut colors.map(|name| half_channel_name(&name)))?,
         error: planes(&mut image.wavelengths_nm.iter().map(|nm| error_channel_name(*nm)).chain(["error.Y".to_string()]))?,
-        features: FEATURES.iter().map(feature).collect::<Result<_, String>>()?,
+        features: features(image).iter().map(feature).collect::<Result<_, String>>()?,
     };
     let mut values = noisy.mean.iter().chain(&noisy.half).chain(&noisy.error).flatten();
     match values.all(|v| v.is_finite()) {

@@ -1,5 +1,10 @@
 //! What the rays of every pixel meet first: depth, normal and albedo, which denoisers and compositors ask for. Fog hides nothing, and what is no
 //! surface (boundaries, volumes inside others that rule over them) is passed through.
+//!
+//! Likewise what they meet first behind smooth glass and in mirrors, which the denoiser asks for. One way stands for all: a ray goes through glass by its
+//! index at the d line and straight through panes, is reflected where glass reflects totally and by mirrors of metal, also coated ones. So what is seen there
+//! has no noise of its own, and where more is reflected than let through, at grazing angles, it is something else. Rough surfaces, paint under a coat (which
+//! reflects little), mixtures and glass whose normals are a picture are where a ray ends, and so is the depth of paths.
 
 use crate::color::convert::xyz_of_linear_srgb;
 use crate::color::upsample::color_of_reflectance;
@@ -14,19 +19,31 @@ pub type Sums = [f32; 8];
 pub struct AovBuffers {
     samples: u32,
     sums: Vec<Sums>,
+    behind: Option<Box<AovBuffers>>,
     halves: Option<Box<[AovBuffers; 2]>>,
 }
 
 impl AovBuffers {
     /// From the sums over `samples` samples of every pixel.
     pub fn new(samples: u32, sums: Vec<Sums>) -> Self {
-        Self { samples, sums, halves: None }
+        Self { samples, sums, behind: None, halves: None }
+    }
+
+    /// The same, with what is met `behind` smooth glass and in mirrors, if there are any.
+    pub fn with_behind(self, behind: Option<AovBuffers>) -> Self {
+        Self { behind: behind.map(Box::new), ..self }
     }
 
     /// From two halves of the samples, whose differences say what is noise.
-    pub fn of_halves(a: AovBuffers, b: AovBuffers) -> Self {
+    pub fn of_halves(mut a: AovBuffers, mut b: AovBuffers) -> Self {
+        let behind = a.behind.take().zip(b.behind.take()).map(|(a, b)| Box::new(Self::of_halves(*a, *b)));
         let sums = a.sums.iter().zip(&b.sums).map(|(a, b)| std::array::from_fn(|i| a[i] + b[i])).collect();
-        Self { samples: a.samples + b.samples, sums, halves: Some(Box::new([a, b])) }
+        Self { samples: a.samples + b.samples, sums, behind, halves: Some(Box::new([a, b])) }
+    }
+
+    /// What the same rays meet first that is neither smooth glass nor a mirror, depth being the length of their way; none where the scene has neither.
+    pub fn behind(&self) -> Option<&AovBuffers> {
+        self.behind.as_deref()
     }
 
     /// Half the difference of what `value` has of the halves; 0 where there are none.

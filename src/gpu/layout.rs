@@ -502,12 +502,12 @@ shared_records! {
         dispersive: u32,
         /// Henyey-Greenstein asymmetry.
         g: f32,
+        /// Index at the d line.
+        eta_d: f32,
         /// Unused.
         pad_0: u32,
         /// Unused.
         pad_1: u32,
-        /// Unused.
-        pad_2: u32,
     }
 
     /// A mesh in one of its places.

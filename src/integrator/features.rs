@@ -287,6 +287,8 @@ features! {
     MergesAtSurfaces "MERGES_AT_SURFACES" if |n| n.pass == Pass::Light && n.has(Feature::Merging) && n.has(Feature::Diffuse);
     /// Shading normals may contradict the geometry.
     ShadingNormals "SHADING_NORMALS" if |n| n.has(Feature::SmoothNormals) || n.has(Feature::NormalMaps);
+    /// Rays of the pass of AOVs go on behind smooth glass and in mirrors.
+    Behind "BEHIND" if |n| n.pass == Pass::Aov && n.material(Material::is_smooth);
     /// The kernel counts what it does, which takes time of its own.
     Counted "COUNTED" if |_| false;
 }

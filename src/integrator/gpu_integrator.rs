@@ -463,7 +463,9 @@ impl GpuIntegrator {
         resources.push(("spectra", &spectra));
         let params = Params { samples, batch: index, seed: self.seed, ..self.view.params };
         let tiles = self.tiles();
-        aov::run((gpu, &self.halt), pass, (self.view.bounds, &tiles), &resources, (&self.uniforms, &self.counters), params)
+        let work = (self.view.bounds, tiles.as_slice());
+        let behind = plan.aovs.has(Feature::Behind);
+        aov::run((gpu, &self.halt), pass, work, &resources, (&self.uniforms, &self.counters), params, behind)
     }
 }
 

@@ -9,6 +9,8 @@
 //! - on request ([`Aovs`]): `error.Y`, the standard error of `XYZ.Y`, and `error.390,000000nm`, that of the bin (see [`Errors`]);
 //! - likewise `depth.Z`, `normal.X` `normal.Y` `normal.Z`, `albedo.R` `albedo.G` `albedo.B`: what rays meet first, as the attributes
 //!   `abbe.depth`, `abbe.normal` and `abbe.albedo` explain;
+//! - likewise `behind.depth.Z`, `behind.normal.X`, `behind.albedo.R` and so on: what rays meet first that is neither smooth glass nor a mirror, of scenes that
+//!   have such;
 //! - likewise `half.390,000000nm`, `half.XYZ.Y`, `half.depth.Z` and so on: half the difference of two halves of the samples, for the denoiser
 //!   ([`Film::half_difference`]).
 //!
@@ -111,6 +113,8 @@ pub struct Aovs<'a> {
     pub normal: Option<&'a AovBuffers>,
     /// Albedo of these.
     pub albedo: Option<&'a AovBuffers>,
+    /// Depth, normals and albedo of what lies behind smooth glass and in mirrors.
+    pub behind: Option<&'a AovBuffers>,
     /// Half the differences of two halves of the samples, of all of them and of the film.
     pub halves: bool,
 }
@@ -313,6 +317,12 @@ fn descriptions(aovs: &Aovs) -> Vec<(&'static str, AttributeValue)> {
             "linear sRGB of the first surface's reflectance under D65 (CIE 1931), a perfect reflector being 1 1 1; 1 for glass, at normal incidence \
              for metals: mean, nothing counting as 0",
         ),
+        of(
+            "abbe.behind",
+            aovs.behind,
+            "depth, normal and albedo of the first surface that is neither smooth glass nor a mirror, of rays that go through the one and are reflected by \
+             the other; depth is the length of their way",
+        ),
     ];
     all.into_iter().flatten().collect()
 }
@@ -328,6 +338,14 @@ enum Source<'a> {
     Albedo(&'a AovBuffers, usize),
     /// Half the difference of two halves.
     Half(Box<Source<'a>>),
+}
+
+/// What is seen, as far as it is wanted.
+fn seen<'a>(prefix: &str, [depth, normal, albedo]: [Option<&'a AovBuffers>; 3]) -> Vec<(String, Source<'a>)> {
+    let depth = depth.map(|of| (format!("{prefix}depth.Z"), Source::Depth(of)));
+    let normal = normal.map(|of| [0, 1, 2].map(|i| (format!("{prefix}normal.{}", ["X", "Y", "Z"][i]), Source::Normal(of, i))));
+    let albedo = albedo.map(|of| [0, 1, 2].map(|i| (format!("{prefix}albedo.{}", ["R", "G", "B"][i]), Source::Albedo(of, i))));
+    depth.into_iter().chain(normal.into_iter().flatten()).chain(albedo.into_iter().flatten()).collect()
 }
 
 fn channels<'a>(film: &'a Film, aovs: &Aovs<'a>) -> Vec<(String, Source<'a>)> {
@@ -346,20 +364,16 @@ fn channels<'a>(film: &'a Film, aovs: &Aovs<'a>) -> Vec<(String, Source<'a>)> {
         list.push(("error.Y".to_string(), Source::Error(film.errors(bins + 1))));
         list.extend((0..bins).map(|b| (error_channel_name(centre(b)), Source::Error(film.errors(b)))));
     }
-    list.extend(aovs.depth.map(|first| ("depth.Z".to_string(), Source::Depth(first))));
-    for i in 0..3 {
-        list.extend(aovs.normal.map(|first| (format!("normal.{}", ["X", "Y", "Z"][i]), Source::Normal(first, i))));
-        list.extend(aovs.albedo.map(|first| (format!("albedo.{}", ["R", "G", "B"][i]), Source::Albedo(first, i))));
-    }
+    let seen = || {
+        let first = seen("", [aovs.depth, aovs.normal, aovs.albedo]);
+        first.into_iter().chain(seen("behind.", [aovs.behind; 3]))
+    };
+    list.extend(seen());
     if aovs.halves {
-        let mut half = |name: &str, source| list.push((half_channel_name(name), Source::Half(Box::new(source))));
-        (0..bins).for_each(|b| half(&channel_name(centre(b)), Source::Mean(b)));
-        for i in 0..3 {
-            half(&format!("XYZ.{}", ["X", "Y", "Z"][i]), Source::Mean(bins + i));
-            aovs.normal.into_iter().for_each(|first| half(&format!("normal.{}", ["X", "Y", "Z"][i]), Source::Normal(first, i)));
-            aovs.albedo.into_iter().for_each(|first| half(&format!("albedo.{}", ["R", "G", "B"][i]), Source::Albedo(first, i)));
-        }
-        aovs.depth.into_iter().for_each(|first| half("depth.Z", Source::Depth(first)));
+        let of_bins = (0..bins).map(|b| (channel_name(centre(b)), Source::Mean(b)));
+        let of_xyz = (0..3).map(|i| (format!("XYZ.{}", ["X", "Y", "Z"][i]), Source::Mean(bins + i)));
+        let half = |(name, source): (String, _)| (half_channel_name(&name), Source::Half(Box::new(source)));
+        list.extend(of_bins.chain(of_xyz).chain(seen()).map(half));
     }
     // The format wants them sorted by their bytes.
     list.sort_by(|a, b| a.0.cmp(&b.0));

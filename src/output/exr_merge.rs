@@ -60,15 +60,16 @@ enum Role {
     Preview(usize),
 }
 
+/// First parts of the names of what is seen.
+const SEEN: [&str; 4] = ["depth", "normal", "albedo", "behind"];
+
 impl Role {
     fn of(channel: &str) -> Role {
         match (["R", "G", "B"].iter().position(|name| *name == channel), channel.split('.').next()) {
             (Some(component), _) => Role::Preview(component),
             (_, Some("S0" | "XYZ")) => Role::Mean,
             // Weighted sums of independent ones are as good as each.
-            (_, Some("half")) if !["depth", "normal", "albedo"].contains(&channel.split('.').nth(1).unwrap_or_default()) => {
-                Role::Mean
-            }
+            (_, Some("half")) if !SEEN.contains(&channel.split('.').nth(1).unwrap_or_default()) => Role::Mean,
             (_, Some("error")) => Role::Error,
             _ => Role::First,
         }

@@ -99,7 +99,7 @@ pub trait Renderer: Integrator {
         0
     }
 
-    /// What `samples` rays of every pixel meet first, `albedos` being those of the scene's materials; `index` as in
+    /// What `samples` rays of every pixel meet first, and behind smooth glass and in mirrors, `albedos` being those of the scene's materials; `index` as in
     /// [`Integrator::render_batch`].
     fn aovs(&mut self, albedos: &[Albedo], index: u32, samples: u32) -> Result<AovBuffers>;
 }

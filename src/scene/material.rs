@@ -236,6 +236,11 @@ impl Material {
         }
     }
 
+    /// True for polished glass, panes and metal, which are seen through or mirror.
+    pub fn is_smooth(&self) -> bool {
+        !matches!(self, Material::Coated { .. }) && self.alpha() == Some(0.0)
+    }
+
     /// GGX width of what may have a grain, to be changed.
     pub(super) fn grained_alpha_mut(&mut self) -> Option<&mut f64> {
         match self {
@@ -285,6 +290,11 @@ impl Scene {
             at += 1;
         }
         all
+    }
+
+    /// Whether any shape is of polished glass or metal, or of what has such parts.
+    pub fn is_seen_through(&self) -> bool {
+        self.shapes.iter().any(|shape| self.made_of(shape.material).into_iter().any(|m| self.materials[m].is_smooth()))
     }
 
     /// The part of it that bounds an interior, or else itself.

@@ -1,7 +1,7 @@
 //! `abbe denoise` and `abbe render --denoise`.
 
-use crate::support::{Folder, fails, text};
-use abbe::output::SpectralImage;
+use crate::support::{Folder, SCENE, fails, text};
+use abbe::output::{SpectralImage, write_image};
 
 const RENDER: [&str; 8] = ["render", "ball.json", "--device", "reference", "--size", "16x12", "--spp", "16"];
 
@@ -102,4 +102,45 @@ fn a_render_that_goes_on_has_the_same_halves() {
     // A checkpoint without halves is not gone on with as if it had them.
     render("8", "none.exr", &["--keep-checkpoint"]);
     fails(&folder, &[&RENDER[..7], &["24", "--denoise", "--resume", "none.exr"]].concat(), &["halves"]);
+}
+
+#[test]
+fn what_lies_behind_glass_is_kept_for_the_denoiser_alone() {
+    let folder = Folder::new("denoise-behind");
+    let names = |image: &SpectralImage, of: &str| image.others.iter().filter(|(name, _)| name.starts_with(of)).count();
+    let read = |name: &str| SpectralImage::read(folder.0.join(name)).unwrap();
+    run(&folder, &[&RENDER[..], &["--aov", "denoise", "-o", "bare.exr"]].concat());
+    assert_eq!(names(&read("bare.exr"), "behind."), 0);
+    // A pane before a part of the ball.
+    let pane = r#"{"disc": {"center": [1, 0, 2], "normal": [0, 0, 1], "radius": 1}, "material": "pane"}, {"sphere""#;
+    let scene = SCENE.replace(r#"{"sphere""#, pane);
+    let scene = scene.replace(r#""white":"#, r#""pane": {"thin_dielectric": {"ior": 1.5}}, "white":"#);
+    std::fs::write(folder.0.join("ball.json"), scene).unwrap();
+    run(&folder, &[&RENDER[..], &["--aov", "depth,normal,albedo", "-o", "seen.exr"]].concat());
+    assert_eq!(names(&read("seen.exr"), "behind."), 0);
+    run(&folder, &[&RENDER[..], &["--aov", "denoise", "-o", "pane.exr"]].concat());
+    let (bare, mut pane) = (read("bare.exr"), read("pane.exr"));
+    assert_eq!((names(&pane, "behind."), names(&pane, "half.behind.")), (7, 7));
+    assert!(pane.attribute("abbe.behind").unwrap().contains("neither smooth glass nor a mirror"));
+    assert_ne!(pane.other("albedo.R"), bare.other("albedo.R"));
+    assert_eq!(pane.other("behind.albedo.R"), bare.other("albedo.R"));
+    assert!(pane.other("half.behind.depth.Z").unwrap().iter().any(|v| *v != 0.0));
+    run(&folder, &["denoise", "pane.exr", "-o", "with.exr"]);
+    assert_eq!(names(&read("with.exr"), "behind.") + names(&read("with.exr"), "half."), 0);
+    // Of two seeds, what is seen and its halves are those of the one.
+    run(&folder, &[&RENDER[..], &["--aov", "denoise", "--seed", "5", "-o", "other.exr"]].concat());
+    run(&folder, &["merge", "pane.exr", "other.exr", "-o", "merged.exr"]);
+    for name in ["depth.Z", "behind.depth.Z", "half.depth.Z", "half.behind.depth.Z"] {
+        assert_eq!(read("merged.exr").other(name), pane.other(name), "{name}");
+        assert_ne!(read("other.exr").other(name), pane.other(name), "{name}");
+    }
+    // Files of before, which have none, are denoised by what is seen first.
+    pane.others.retain(|(name, _)| !name.contains("behind."));
+    write_image(&folder.0.join("older.exr"), &pane).unwrap();
+    run(&folder, &["denoise", "older.exr", "-o", "without.exr"]);
+    assert_ne!(read("with.exr").data, read("without.exr").data);
+    // Half of it is named as all else that is missing.
+    pane.others.push(("behind.depth.Z".to_string(), vec![1.0; pane.width * pane.height]));
+    write_image(&folder.0.join("half.exr"), &pane).unwrap();
+    fails(&folder, &["denoise", "half.exr", "-o", "out.exr"], &["half.behind.depth.Z"]);
 }

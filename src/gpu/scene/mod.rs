@@ -25,7 +25,7 @@ use crate::error::{Error, Result};
 use crate::gpu::layout::{Interior, Light, NO_INDEX, Params};
 use crate::gpu::{Gpu, Resource};
 use crate::scene::{self, Scene, bounds_of_all};
-use crate::spectrum::Spectrum;
+use crate::spectrum::{LINE_D_NM, Spectrum};
 use crate::stage::{self, Stage};
 use glam::DVec3;
 use ranks::by_rank;
@@ -143,6 +143,7 @@ fn interiors(scene: &Scene, rows: &mut Rows) -> Vec<Interior> {
             sigma_s_row,
             dispersive: u32::from(!i.ior.is_constant_over(lo, hi)),
             g: i.g as f32,
+            eta_d: i.ior.eval(LINE_D_NM) as f32,
             ..Default::default()
         })
         .collect()

@@ -9,10 +9,11 @@ use abbe::film::aov::{AovBuffers, albedos};
 use abbe::reference::ReferenceIntegrator;
 use abbe::render::Renderer;
 use abbe::scene::*;
+use abbe::spectrum::{Ior, LINE_D_NM};
 use glam::{DVec3, dvec3};
 use std::sync::Arc;
 
-/// What the eight sums are, and the error of each in the units of one sample that still tells something; single precision is good to a thousandth of
+/// What the eight sums are, of the first surfaces and of those behind, and the error of each in the units of one sample that still tells something; single precision is good to a thousandth of
 /// that.
 const SUMS: [(&str, f64); 8] = [
     ("normal x", 0.004),
@@ -25,23 +26,25 @@ const SUMS: [(&str, f64); 8] = [
     ("hits", 0.004),
 ];
 
-/// Means of every sum over blocks (and, last, the image), a figure for each from batches of `samples` samples.
-fn figures(integrator: &mut dyn Renderer, scene: &Scene, samples: u32) -> Vec<[Figure; 8]> {
+/// Means of every sum over blocks (and, last, the image), a figure for each from batches of `samples` samples; of the first surfaces, then of those behind.
+fn figures(integrator: &mut dyn Renderer, scene: &Scene, samples: u32) -> Vec<[Figure; 16]> {
     let (width, size) = (scene.film.width as usize, (scene.film.width / BLOCKS) as usize);
     let blocks = (BLOCKS * BLOCKS) as usize;
     let mut batch = |index| {
-        let mut means = vec![[0.0; 8]; blocks + 1];
+        let mut means = vec![[0.0; 16]; blocks + 1];
         let aovs = integrator.aovs(&albedos(scene), index, samples).expect("AOVs");
-        for (pixel, sums) in aovs.sums().iter().enumerate() {
+        let behind = aovs.behind().expect("glass");
+        for (pixel, sums) in aovs.sums().iter().zip(behind.sums()).enumerate() {
+            let sums = [*sums.0, *sums.1].concat();
             let block = pixel / width / size * BLOCKS as usize + pixel % width / size;
             for (place, pixels) in [(block, size * size), (blocks, width * width)] {
                 let share = 1.0 / (pixels as f64 * f64::from(samples));
-                means[place].iter_mut().zip(sums).for_each(|(mean, sum)| *mean += share * f64::from(*sum));
+                means[place].iter_mut().zip(&sums).for_each(|(mean, sum)| *mean += share * f64::from(*sum));
             }
         }
         means
     };
-    let batches: Vec<Vec<[f64; 8]>> = (0..BATCHES).map(&mut batch).collect();
+    let batches: Vec<Vec<[f64; 16]>> = (0..BATCHES).map(&mut batch).collect();
     let figure = |place: usize, i: usize| Figure::of(&batches.iter().map(|b| b[place][i]).collect::<Vec<_>>());
     (0..=blocks).map(|place| std::array::from_fn(|i| figure(place, i))).collect()
 }
@@ -52,11 +55,12 @@ fn aovs_agree(name: &str, scene: &Scene, samples: u32) {
     let theirs = figures(&mut ReferenceIntegrator::new(scene, scene.reference, 7).expect("a scene"), scene, 2 * samples);
     let mut pairs = Vec::new();
     for (place, (ours, theirs)) in ours.iter().zip(&theirs).enumerate() {
-        for (i, (what, small)) in SUMS.into_iter().enumerate() {
+        for (i, (what, small)) in SUMS.into_iter().cycle().take(16).enumerate() {
             // No mean is then near 0, of which an error would be a large share.
             let shifted = |f: Figure, error| Figure { mean: f.mean + 2.0, error, ..f };
             let (ours, theirs) = (shifted(ours[i], ours[i].error.hypot(1e-3 * small)), shifted(theirs[i], theirs[i].error));
-            pairs.push(Pair { what: format!("{what} in block {place}"), ours, theirs, small: small / theirs.mean });
+            let which = ["first", "behind"][i / 8];
+            pairs.push(Pair { what: format!("{which} {what} in block {place}"), ours, theirs, small: small / theirs.mean });
         }
     }
     agree(name, &pairs, 0.9);
@@ -87,6 +91,11 @@ fn everything() -> Scene {
     shape(&mut s, haze, sphere(dvec3(0.0, 0.5, 0.0), 1.5));
     let pane = material(&mut s, Material::thin_pane(flint()));
     shape(&mut s, pane, disc(dvec3(-0.7, 0.4, 1.2), DVec3::Z, 0.3));
+    // A mirror that leans, and a ball of flint whose facets are smoothed.
+    let mirror = material(&mut s, Material::Conductor { eta: flat(1.0), k: flat(5.0), alpha: 0.0 });
+    shape(&mut s, mirror, disc(dvec3(0.3, 1.5, -0.6), dvec3(0.0, -0.6, 0.8), 0.4));
+    let ball = glass(&mut s, Interior { ior: flint(), ..solid("ball", 1.5, 3) }, 0.0);
+    shape(&mut s, ball, smooth_ball(dvec3(0.8, 0.3, 0.7), 0.25));
     s.lights.push(Light::Constant { radiance: flat(1.0) });
     s
 }
@@ -140,9 +149,89 @@ fn aovs_are_what_geometry_says() {
     // Half of a pixel is covered: its depth is that of what is there, the others are half.
     let mut half = scene(1, 1, 4, orthographic(dvec3(0.0, 0.0, 5.0), DVec3::ZERO, 1.0));
     shape(&mut half, 0, cuboid(dvec3(0.0, -1.0, -1.0), dvec3(1.0, 1.0, 0.0)));
-    let [gpu, _] = both(&half);
+    let [gpu, reference] = both(&half);
+    assert!(gpu.behind().is_none() && reference.behind().is_none());
     assert!((gpu.depth(0) - 5.0).abs() < 1e-5, "{}", gpu.depth(0));
     assert_eq!((gpu.normal(0), gpu.albedo(0)), ([0.0, 0.0, 0.5], [0.25; 3]));
+}
+
+/// Flat and level, between corners.
+fn sheet(lo: DVec3, hi: DVec3) -> Geometry {
+    let positions = vec![lo, dvec3(lo.x, lo.y, hi.z), hi, dvec3(hi.x, lo.y, lo.z)];
+    Geometry::Mesh(Arc::new(Mesh { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() }))
+}
+
+#[test]
+fn what_is_seen_behind_glass_and_in_mirrors_is_where_geometry_says() {
+    // Narrow lanes side by side in z. Rays come down at 45 degrees, from (-2, 2) to (0, 0), onto a floor of three colours.
+    const LANES: u32 = 8;
+    let width = 1e-3;
+    let mut s = scene(LANES, 1, 4, orthographic(dvec3(-2.0, 2.0, 0.0), DVec3::ZERO, width));
+    let paint = |s: &mut Scene, rgb: [f64; 3]| {
+        material(s, Material::Diffuse { reflectance: reflectance_from_linear_srgb(rgb).expect("a colour").into() })
+    };
+    let [blue, red, green, yellow] = [[0.1, 0.2, 0.7], [0.7, 0.1, 0.1], [0.1, 0.6, 0.2], [0.7, 0.6, 0.1]];
+    // Box number `lane` from `lo` to `hi` in x and y.
+    let lane = |lane: u32, lo: [f64; 2], hi: [f64; 2]| {
+        let z = |lane: u32| (f64::from(lane) - f64::from(LANES) / 2.0) * width;
+        (dvec3(lo[0], lo[1], z(lane)), dvec3(hi[0], hi[1], z(lane + 1)))
+    };
+    for (color, from, to) in [(blue, -3.0, -0.6), (red, -0.6, -0.13), (green, -0.13, 3.0)] {
+        let color = paint(&mut s, color);
+        shape(&mut s, color, sheet(dvec3(from, 0.0, -1.0), dvec3(to, 0.0, 1.0)));
+    }
+    let smooth = Material::Conductor { eta: flat(1.0), k: flat(5.0), alpha: 0.0 };
+    let [mirror, under, pane] =
+        [smooth, Material::Diffuse { reflectance: flat(0.2).into() }, Material::thin_pane(flint())].map(|m| material(&mut s, m));
+    let coat = |s: &mut Scene, base| {
+        let normals = CoatNormals::OfBase;
+        material(s, Material::Coated { base, ior: Ior::constant(1.5), alpha: 0.0, seen: false, normals })
+    };
+    let (coated_mirror, varnish) = (coat(&mut s, mirror), coat(&mut s, under));
+    let flint_slab = glass(&mut s, Interior { ior: flint(), ..solid("slab", 1.5, 1) }, 0.0);
+    let ceiling = paint(&mut s, yellow);
+    // 1: a slab. 2: a pane. 3: a slab whose side is in the way. 4 to 6: mirrors, the last one under nothing. 7: varnish.
+    let (lo, hi) = lane(1, [-2.0, 0.5], [2.0, 1.0]);
+    shape(&mut s, flint_slab, cuboid(lo, hi));
+    let (lo, hi) = lane(2, [-2.0, 1.2], [2.0, 1.2]);
+    shape(&mut s, pane, sheet(lo, hi));
+    let (lo, hi) = lane(3, [-2.0, 0.5], [-0.9, 1.0]);
+    shape(&mut s, flint_slab, cuboid(lo, hi));
+    for (number, material) in [(4, mirror), (5, coated_mirror), (6, mirror), (7, varnish)] {
+        let (lo, hi) = lane(number, [-2.0, 0.5], [2.0, 0.5]);
+        shape(&mut s, material, sheet(lo, hi));
+        if number < 6 {
+            let (lo, hi) = lane(number, [0.4, 1.5], [0.6, 1.5]);
+            shape(&mut s, ceiling, sheet(lo, hi));
+        }
+    }
+    let root = 2f64.sqrt();
+    let sine = 0.5f64.sqrt() / flint().eval(LINE_D_NM);
+    let in_slab = 0.5 / (1.0 - sine * sine).sqrt();
+    // Through the slab a ray arrives 0.25 m before where it would, on red; reflected totally at its side, on blue.
+    let depths = [2.0 * root, root, 0.8 * root, root, 1.5 * root, 1.5 * root, 1.5 * root, 1.5 * root];
+    let (up, down) = ([0.0, 1.0, 0.0], [0.0, -1.0, 0.0]);
+    let behind = [
+        (2.0 * root, up, green),
+        (1.5 * root + in_slab, up, red),
+        (2.0 * root, up, green),
+        (1.5 * root + in_slab, up, blue),
+        (2.5 * root, down, yellow),
+        (2.5 * root, down, yellow),
+        (0.0, [0.0; 3], [0.0; 3]),
+        (1.5 * root, up, [0.2; 3]),
+    ];
+    let near = |a: [f32; 3], b: [f64; 3]| a.into_iter().zip(b).all(|(a, b)| (f64::from(a) - b).abs() < 1e-3);
+    for aovs in both(&s) {
+        let beyond = aovs.behind().expect("glass");
+        for (lane, (first, (depth, normal, albedo))) in depths.into_iter().zip(behind).enumerate() {
+            assert!((f64::from(aovs.depth(lane)) - first).abs() < 1e-3, "{lane}: {} first", aovs.depth(lane));
+            assert!(near(aovs.normal(lane), up), "{lane}: {:?} first", aovs.normal(lane));
+            assert!((f64::from(beyond.depth(lane)) - depth).abs() < 1e-3, "{lane}: {} in place of {depth}", beyond.depth(lane));
+            assert!(near(beyond.normal(lane), normal), "{lane}: {:?}", beyond.normal(lane));
+            assert!(near(beyond.albedo(lane), albedo), "{lane}: {:?} in place of {albedo:?}", beyond.albedo(lane));
+        }
+    }
 }
 
 #[test]
