@@ -2,7 +2,7 @@
 //! surface (boundaries, volumes inside others that rule over them) is passed through.
 //!
 //! Likewise what they meet first behind smooth glass and in mirrors, which the denoiser asks for. One way stands for all: a ray goes through glass by its
-//! index at the d line and straight through panes, is reflected where glass reflects totally and by mirrors of metal, also coated ones. So what is seen there
+//! index at the d line (or as near to that as the film's range comes) and straight through panes, is reflected where glass reflects totally and by mirrors of metal, also coated ones. So what is seen there
 //! has no noise of its own, and where more is reflected than let through, at grazing angles, it is something else. Rough surfaces, paint under a coat (which
 //! reflects little), mixtures and glass whose normals are a picture are where a ray ends, and so is the depth of paths.
 

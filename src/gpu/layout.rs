@@ -502,7 +502,7 @@ shared_records! {
         dispersive: u32,
         /// Henyey-Greenstein asymmetry.
         g: f32,
-        /// Index at the d line.
+        /// Index at the d line, or at the end of the film's range that is nearest to it.
         eta_d: f32,
         /// Unused.
         pad_0: u32,

@@ -110,7 +110,9 @@ impl Stage {
                 return seen(hit, 1.0);
             }
             if let Crossing::Interface { hit, near, far, .. } = crossing {
-                let index = |interior: usize| self.scene.interiors[interior].ior.eval(LINE_D_NM);
+                // Beyond the film's range an index need not be known.
+                let nm = self.scene.film.bins.nearest_nm(LINE_D_NM);
+                let index = |interior: usize| self.scene.interiors[interior].ior.eval(nm);
                 return seen(hit, index(far) / index(near));
             }
             let origin = hits.first()?.p;

@@ -27,6 +27,11 @@ impl Bins {
         self.min_nm + (self.max_nm - self.min_nm) * (f64::from(i) + 0.5) / f64::from(self.count)
     }
 
+    /// `nm`, or the end of the range that is nearest to it.
+    pub fn nearest_nm(&self, nm: f64) -> f64 {
+        nm.clamp(self.min_nm, self.max_nm)
+    }
+
     /// The bin that holds `nm`, clamped to the range.
     pub fn index_of(&self, nm: f64) -> u32 {
         let x = (nm - self.min_nm) / (self.max_nm - self.min_nm) * f64::from(self.count);

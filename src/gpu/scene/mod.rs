@@ -143,7 +143,7 @@ fn interiors(scene: &Scene, rows: &mut Rows) -> Vec<Interior> {
             sigma_s_row,
             dispersive: u32::from(!i.ior.is_constant_over(lo, hi)),
             g: i.g as f32,
-            eta_d: i.ior.eval(LINE_D_NM) as f32,
+            eta_d: i.ior.eval(scene.film.bins.nearest_nm(LINE_D_NM)) as f32,
             ..Default::default()
         })
         .collect()

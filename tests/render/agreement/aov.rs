@@ -163,10 +163,19 @@ fn sheet(lo: DVec3, hi: DVec3) -> Geometry {
 
 #[test]
 fn what_is_seen_behind_glass_and_in_mirrors_is_where_geometry_says() {
+    let bins = |min_nm, max_nm| Bins { min_nm, max_nm, count: 4 };
+    glass_and_mirrors_show_what_geometry_says(flint(), bins(400.0, 700.0), LINE_D_NM);
+    // Of a film in the infrared, glass that has no index at the d line.
+    glass_and_mirrors_show_what_geometry_says(Ior::sellmeier(&[1.5], &[0.49]), bins(900.0, 1000.0), 900.0);
+}
+
+/// Of glass of this index, seen by its value at `nm`.
+fn glass_and_mirrors_show_what_geometry_says(ior: Ior, bins: Bins, nm: f64) {
     // Narrow lanes side by side in z. Rays come down at 45 degrees, from (-2, 2) to (0, 0), onto a floor of three colours.
     const LANES: u32 = 8;
     let width = 1e-3;
     let mut s = scene(LANES, 1, 4, orthographic(dvec3(-2.0, 2.0, 0.0), DVec3::ZERO, width));
+    s.film.bins = bins;
     let paint = |s: &mut Scene, rgb: [f64; 3]| {
         material(s, Material::Diffuse { reflectance: reflectance_from_linear_srgb(rgb).expect("a colour").into() })
     };
@@ -188,15 +197,15 @@ fn what_is_seen_behind_glass_and_in_mirrors_is_where_geometry_says() {
         material(s, Material::Coated { base, ior: Ior::constant(1.5), alpha: 0.0, seen: false, normals })
     };
     let (coated_mirror, varnish) = (coat(&mut s, mirror), coat(&mut s, under));
-    let flint_slab = glass(&mut s, Interior { ior: flint(), ..solid("slab", 1.5, 1) }, 0.0);
+    let slab = glass(&mut s, Interior { ior: ior.clone(), ..solid("slab", 1.5, 1) }, 0.0);
     let ceiling = paint(&mut s, yellow);
     // 1: a slab. 2: a pane. 3: a slab whose side is in the way. 4 to 6: mirrors, the last one under nothing. 7: varnish.
     let (lo, hi) = lane(1, [-2.0, 0.5], [2.0, 1.0]);
-    shape(&mut s, flint_slab, cuboid(lo, hi));
+    shape(&mut s, slab, cuboid(lo, hi));
     let (lo, hi) = lane(2, [-2.0, 1.2], [2.0, 1.2]);
     shape(&mut s, pane, sheet(lo, hi));
     let (lo, hi) = lane(3, [-2.0, 0.5], [-0.9, 1.0]);
-    shape(&mut s, flint_slab, cuboid(lo, hi));
+    shape(&mut s, slab, cuboid(lo, hi));
     for (number, material) in [(4, mirror), (5, coated_mirror), (6, mirror), (7, varnish)] {
         let (lo, hi) = lane(number, [-2.0, 0.5], [2.0, 0.5]);
         shape(&mut s, material, sheet(lo, hi));
@@ -206,9 +215,9 @@ fn what_is_seen_behind_glass_and_in_mirrors_is_where_geometry_says() {
         }
     }
     let root = 2f64.sqrt();
-    let sine = 0.5f64.sqrt() / flint().eval(LINE_D_NM);
+    let sine = 0.5f64.sqrt() / ior.eval(nm);
     let in_slab = 0.5 / (1.0 - sine * sine).sqrt();
-    // Through the slab a ray arrives 0.25 m before where it would, on red; reflected totally at its side, on blue.
+    // Through the slab a ray arrives at least 0.25 m before where it would, on red; reflected totally at its side, on blue.
     let depths = [2.0 * root, root, 0.8 * root, root, 1.5 * root, 1.5 * root, 1.5 * root, 1.5 * root];
     let (up, down) = ([0.0, 1.0, 0.0], [0.0, -1.0, 0.0]);
     let behind = [
