@@ -56,6 +56,7 @@ fn backward_and_forward_agree_in_fog() {
 }
 
 #[test]
+#[ignore = "long: in tools/soak"]
 fn backward_and_forward_agree_under_water() {
     // The camera is in the water; light comes in through a wavy-less, open sheet, so radiance is scaled and flux is not.
     let mut s = room(2, 4);

@@ -37,8 +37,8 @@ subsets! {
     #[ignore = "long: in tools/soak"] sheen_without_light_paths, "sheens_over_all_kinds", 24, 1.0, light_paths, merging;
     #[ignore = "long: in tools/soak"] sheen_without_next_event_estimation, "sheens_over_all_kinds", 16, 1.6, next_event_estimation;
     #[ignore = "long: in tools/soak"] maps_of_normals_without_light_paths, "maps_of_normals", 48, 1.0, light_paths, merging;
-    maps_of_normals_without_next_event_estimation, "maps_of_normals", 48, 1.6, next_event_estimation;
-    merging_alone, "floor_seen_through_glass", 40, 3.0, bsdf_sampling, next_event_estimation;
+    #[ignore = "long: in tools/soak"] maps_of_normals_without_next_event_estimation, "maps_of_normals", 48, 1.6, next_event_estimation;
+    #[ignore = "long: in tools/soak"] merging_alone, "floor_seen_through_glass", 40, 3.0, bsdf_sampling, next_event_estimation;
     #[ignore = "long: in tools/soak"] rough_glass_without_merging, "rough_glass_little", 32, 1.0, merging;
     rough_glass_without_connections, "rough_glass_little", 32, 1.0, light_paths;
     #[ignore = "long: in tools/soak"] rough_glass_without_light_paths_of_any_kind, "rough_glass_little", 32, 1.0, light_paths, merging;

@@ -154,7 +154,7 @@ fn invocations_take_as_many_samples_as_their_rays_allow() {
             assert_eq!(stats.unfinished, 0, "{stats:?}");
             stats.most_rays
         };
-        (0..3).map(batch).collect()
+        (0..2).map(batch).collect()
     };
     // Nor do short batches, of which an invocation has four samples, tell of more than they had.
     let deep = scene(true);
