@@ -119,6 +119,7 @@ fn random_solids_under_a_lamp_are_what_the_reference_sees() {
 /// A small square close to the solids and a large one farther away: flux from the one to the other and back. Seen to fail with radiance behind glass off
 /// by half in the camera pass.
 #[test]
+#[ignore = "long: in tools/soak"]
 fn random_solids_let_as_much_light_through_both_ways() {
     let half = |upper: bool| -> f64 { if upper { 0.3 } else { 2.0 } };
     let square = |upper: bool, off: f64| {
