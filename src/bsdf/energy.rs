@@ -30,6 +30,40 @@ pub struct EnergyTable {
     pub mean: Vec<f64>,
 }
 
+/// What has a table: facets of one GGX width, as light meets them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Facets {
+    /// Of glass, perhaps with an ideal anti-reflection coating.
+    Glass {
+        /// Width.
+        alpha: f64,
+        /// Whether it has that.
+        coated: bool,
+    },
+    /// Of a coat, 0 if it is smooth.
+    Coat {
+        /// Width.
+        alpha: f64,
+    },
+    /// Of metal, or of a pane, whose table is that of a mirror.
+    Mirror {
+        /// Width.
+        alpha: f64,
+    },
+    /// Likewise with a grain.
+    Brushed {
+        /// Widths along it and across.
+        width: Width,
+    },
+}
+
+impl Facets {
+    /// Of metal or of a pane of width `alpha`, with this width if it has a grain.
+    pub fn of_mirror(alpha: f64, brushed: Option<Width>) -> Self {
+        brushed.map_or(Facets::Mirror { alpha }, |width| Facets::Brushed { width })
+    }
+}
+
 /// Facets per side of the quadrature grid, and cosines per node.
 const AZIMUTHS: usize = 10;
 const HEIGHTS: usize = 16;
@@ -37,6 +71,17 @@ const COSINES: usize = 8;
 const FACETS: f64 = (AZIMUTHS * HEIGHTS * COSINES) as f64;
 
 impl EnergyTable {
+    /// The table of these facets.
+    pub fn new(facets: Facets) -> Self {
+        match facets {
+            Facets::Glass { alpha, coated: false } => Self::dielectric(alpha),
+            Facets::Glass { alpha, coated: true } => Self::antireflective(alpha),
+            Facets::Coat { alpha } => Self::coat(alpha),
+            Facets::Mirror { alpha } => Self::conductor(alpha),
+            Facets::Brushed { width } => Self::brushed(width),
+        }
+    }
+
     /// The table of a dielectric interface with GGX width `alpha`: rows are far index over near index.
     pub fn dielectric(alpha: f64) -> Self {
         Self::with_means(interface(alpha, true, fresnel::dielectric))

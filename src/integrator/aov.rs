@@ -44,7 +44,6 @@ pub(super) fn run(
             }
         }
     }
-    let mut sets = sums.into_iter().map(|sums| AovBuffers::new(params.samples, sums));
-    let first = sets.next().expect("there is a first surface");
-    Ok(first.with_behind(sets.next()))
+    let behind = behind.then(|| AovBuffers::new(params.samples, sums.swap_remove(1)));
+    Ok(AovBuffers::new(params.samples, sums.swap_remove(0)).with_behind(behind))
 }

@@ -1,15 +1,15 @@
 //! The materials that scatter, in double precision: which [`Bsdf`] each is, what it scatters and where to. Coats, sheen, tints and shading
 //! normals are over all of them alike ([`super::surface`]).
 
+use super::Stage;
 use super::material::Met;
 use super::rng::Rng;
 use super::surface::{Outgoing, Over, mean};
 use super::walk::WavelengthSample;
-use super::{Facets, Stage};
 use crate::bsdf::coat::Coat;
 use crate::bsdf::conductor::RoughConductor;
 use crate::bsdf::dielectric::RoughDielectric;
-use crate::bsdf::energy::EnergyTable;
+use crate::bsdf::energy::{EnergyTable, Facets};
 use crate::bsdf::fresnel::{self, Metal};
 use crate::bsdf::ggx::Width;
 use crate::bsdf::pane::{Pane, PaneFilm, RoughPane};
@@ -61,7 +61,7 @@ impl Stage {
                 Bsdf::Thin {
                     panes: wavelengths.iter().zip(outside).map(pane).collect(),
                     facets: self
-                        .energy(Facets::Mirror { alpha: *alpha, grain })
+                        .energy(Facets::of_mirror(*alpha, grain.map(|_| width)))
                         .map(|energy| RoughConductor { alpha: width, energy }),
                 }
             }
@@ -83,7 +83,7 @@ impl Stage {
 
     fn metal(&self, metal: Vec<Metal>, alpha: f64, grain: Option<Grain>) -> Bsdf<'_> {
         let width = grain.map_or(alpha.into(), |grain| grain.width(alpha));
-        Bsdf::Conductor { metal, width, energy: self.energy(Facets::Mirror { alpha, grain }) }
+        Bsdf::Conductor { metal, width, energy: self.energy(Facets::of_mirror(alpha, grain.map(|_| width))) }
     }
 }
 

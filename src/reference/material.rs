@@ -1,12 +1,13 @@
 //! What a path meets at a surface: which material, and with which parameters at the wavelengths of the path.
 
+use super::Stage;
 use super::bsdf::Bsdf;
 use super::interiors::{Crossing, cross, ruling};
 use super::rng::Rng;
 use super::surface::Over;
 use super::walk::{Path, WavelengthSample};
-use super::{Facets, Stage};
 use crate::bsdf::coat::Coat;
+use crate::bsdf::energy::Facets;
 use crate::bsdf::fresnel;
 use crate::bsdf::sheen::Sheen;
 use crate::geometry::world::Hit;

@@ -23,7 +23,7 @@ mod start;
 mod surface;
 mod walk;
 
-use crate::bsdf::energy::EnergyTable;
+use crate::bsdf::energy::{EnergyTable, Facets};
 use crate::bsdf::sheen::Sheen;
 use crate::error::{Error, Result};
 use crate::film::Film;
@@ -68,44 +68,14 @@ struct Stage {
     halt: Halt,
 }
 
-/// What has an energy table: facets of one width, as light meets them.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Facets {
-    /// Of glass, perhaps with an ideal anti-reflection coating.
-    Glass {
-        alpha: f64,
-        coated: bool,
-    },
-    Coat {
-        alpha: f64,
-    },
-    /// Of metal, or of a pane, whose table is that of a mirror.
-    Mirror {
-        alpha: f64,
-        grain: Option<Grain>,
-    },
-}
-
-impl Facets {
-    /// None for what is smooth or has none.
-    fn of(material: &Material, grain: Option<Grain>) -> Option<Self> {
-        let alpha = material.alpha().filter(|&alpha| alpha > 0.0)?;
-        Some(match material {
-            Material::Dielectric { antireflective, .. } => Facets::Glass { alpha, coated: *antireflective },
-            Material::Coated { .. } => Facets::Coat { alpha },
-            _ => Facets::Mirror { alpha, grain },
-        })
-    }
-
-    fn table(self) -> EnergyTable {
-        match self {
-            Facets::Glass { alpha, coated: false } => EnergyTable::dielectric(alpha),
-            Facets::Glass { alpha, coated: true } => EnergyTable::antireflective(alpha),
-            Facets::Coat { alpha } => EnergyTable::coat(alpha),
-            Facets::Mirror { alpha, grain: None } => EnergyTable::conductor(alpha),
-            Facets::Mirror { alpha, grain: Some(grain) } => EnergyTable::brushed(grain.width(alpha)),
-        }
-    }
+/// The facets of a material; none of what is smooth or has none.
+fn facets(material: &Material, grain: Option<Grain>) -> Option<Facets> {
+    let alpha = material.alpha().filter(|&alpha| alpha > 0.0)?;
+    Some(match material {
+        Material::Dielectric { antireflective, .. } => Facets::Glass { alpha, coated: *antireflective },
+        Material::Coated { .. } => Facets::Coat { alpha },
+        _ => Facets::of_mirror(alpha, grain.map(|grain| grain.width(alpha))),
+    })
 }
 
 impl ReferenceIntegrator {
@@ -127,10 +97,10 @@ impl ReferenceIntegrator {
         let ball = world.ball_around(&sensor::corners(&scene.sensor));
         let mut energy: Vec<(Facets, EnergyTable)> = Vec::new();
         for (index, material) in scene.materials.iter().enumerate() {
-            if let Some(facets) = Facets::of(material, scene.grains.get(&index).copied())
+            if let Some(facets) = facets(material, scene.grains.get(&index).copied())
                 && energy.iter().all(|(known, _)| *known != facets)
             {
-                energy.push((facets, facets.table()));
+                energy.push((facets, EnergyTable::new(facets)));
             }
         }
         let stage = Stage {

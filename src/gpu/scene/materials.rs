@@ -3,8 +3,7 @@
 use super::ranks::ranks;
 use super::rows::{Rows, SpectrumRow};
 use super::textures::Textures;
-use crate::bsdf::energy::EnergyTable;
-use crate::bsdf::ggx::Width;
+use crate::bsdf::energy::{EnergyTable, Facets};
 use crate::error::{Error, Result};
 use crate::gpu::layout::{self, Material, NO_INDEX};
 use crate::scene::{self, CoatNormals, Scene};
@@ -34,7 +33,7 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures) -> 
                 if *alpha == 0.0 {
                     return Material { kind: layout::MATERIAL_KIND_SMOOTH_DIELECTRIC, ..glass };
                 }
-                let table = tables.add(Table::Dielectric(*alpha, *antireflective));
+                let table = tables.add(Facets::Glass { alpha: *alpha, coated: *antireflective }, None);
                 Material { kind: layout::MATERIAL_KIND_ROUGH_DIELECTRIC, alpha: *alpha as f32, table, ..glass }
             }
             scene::Material::ThinDielectric { ior, alpha, tint, depth } => {
@@ -70,7 +69,7 @@ pub(super) fn build(scene: &Scene, rows: &mut Rows, textures: &mut Textures) -> 
                     b: *base as u32,
                     c: u32::from(*seen) | normals << 1,
                     alpha: *alpha as f32,
-                    table: tables.add(Table::Coat(*alpha)),
+                    table: tables.add(Facets::Coat { alpha: *alpha }, None),
                     ..none
                 }
             }
@@ -123,55 +122,29 @@ fn thin_film_rows(film: &scene::ThinFilm, rows: &mut Rows) -> Result<u32> {
 #[derive(Default)]
 struct Tables {
     entries: Vec<f32>,
-    /// What was made already, and its first entry.
-    made: Vec<(Table, u32)>,
-    /// Of what is brushed by its width, since it takes long to make.
-    brushed: Vec<(Width, Vec<f64>)>,
-}
-
-/// A table, of a GGX width.
-#[derive(Clone, Copy, PartialEq)]
-enum Table {
-    /// With an ideal coating, or without.
-    Dielectric(f64, bool),
-    Coat(f64),
-    Conductor(f64),
-    /// And of a grain.
-    Brushed(f64, scene::Grain),
-}
-
-impl Table {
-    /// Its entries; of what is `brushed` those that were made of a width already.
-    fn entries(self, brushed: &mut Vec<(Width, Vec<f64>)>) -> Vec<f64> {
-        let flat = |table: EnergyTable| [table.missing, table.mean].concat();
-        match self {
-            Table::Dielectric(alpha, false) => flat(EnergyTable::dielectric(alpha)),
-            Table::Dielectric(alpha, true) => flat(EnergyTable::antireflective(alpha)),
-            Table::Coat(alpha) => flat(EnergyTable::coat(alpha)),
-            Table::Conductor(alpha) => flat(EnergyTable::conductor(alpha)),
-            Table::Brushed(alpha, grain) => {
-                let (width, (sin, cos)) = (grain.width(alpha), grain.rotation.sin_cos());
-                let known = brushed.iter().find(|(of, _)| *of == width).map(|(_, entries)| entries.clone());
-                let entries = known.unwrap_or_else(|| {
-                    let entries = flat(EnergyTable::brushed(width));
-                    brushed.push((width, entries.clone()));
-                    entries
-                });
-                [entries, vec![width.x, cos, sin]].concat()
-            }
-        }
-    }
+    /// What was made already, since that takes long: missing and mean energy.
+    made: Vec<(Facets, Vec<f64>)>,
+    /// Of these facets, turned by the rotation of their grain, the first entry.
+    placed: Vec<((Facets, Option<f64>), u32)>,
 }
 
 impl Tables {
-    /// The first entry of this table, which is made once.
-    fn add(&mut self, table: Table) -> u32 {
-        if let Some((_, at)) = self.made.iter().find(|(made, _)| *made == table) {
+    /// The first entry of the table of these facets, which is made once; behind it, if they have a grain, what is known of that.
+    fn add(&mut self, facets: Facets, grain: Option<f64>) -> u32 {
+        if let Some((_, at)) = self.placed.iter().find(|(placed, _)| *placed == (facets, grain)) {
             return *at;
         }
-        let entries = table.entries(&mut self.brushed);
+        let known = self.made.iter().position(|(made, _)| *made == facets).unwrap_or_else(|| {
+            let table = EnergyTable::new(facets);
+            self.made.push((facets, [table.missing, table.mean].concat()));
+            self.made.len() - 1
+        });
+        let mut entries = self.made[known].1.clone();
+        if let (Facets::Brushed { width }, Some(rotation)) = (facets, grain) {
+            entries.extend([width.x, rotation.cos(), rotation.sin()]);
+        }
         let at = self.append(&entries);
-        self.made.push((table, at));
+        self.placed.push(((facets, grain), at));
         at
     }
 
@@ -183,11 +156,12 @@ impl Tables {
 
     /// `mirror` with its kind (of `kinds`: smooth, rough, brushed), width and table.
     fn of_facets(&mut self, mirror: Material, kinds: &[u32; 3], alpha: f64, grain: Option<&scene::Grain>) -> Material {
-        let (kind, table) = match grain {
-            _ if alpha == 0.0 => return Material { kind: kinds[0], ..mirror },
-            Some(grain) => (kinds[2], Table::Brushed(alpha, *grain)),
-            None => (kinds[1], Table::Conductor(alpha)),
-        };
-        Material { kind, alpha: alpha as f32, table: self.add(table), ..mirror }
+        if alpha == 0.0 {
+            return Material { kind: kinds[0], ..mirror };
+        }
+        let kind = kinds[if grain.is_some() { 2 } else { 1 }];
+        let facets = Facets::of_mirror(alpha, grain.map(|grain| grain.width(alpha)));
+        let table = self.add(facets, grain.map(|grain| grain.rotation));
+        Material { kind, alpha: alpha as f32, table, ..mirror }
     }
 }
