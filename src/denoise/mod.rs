@@ -91,15 +91,11 @@ pub fn denoise(image: &SpectralImage, exposure: f64) -> Result<SpectralImage, St
     Ok(denoised)
 }
 
-/// What tells where light is alike, and whether it is a colour: of the first surfaces, or where the file has them of those behind smooth glass and in mirrors,
+/// What tells where light is alike, and whether it is a colour: of the first surfaces, or where they are known of those behind smooth glass and in mirrors,
 /// with the depth of the first ones, which has the outlines of the glass. (What a glass ball shows does not follow its normals, nor is it white.)
-fn features(image: &SpectralImage) -> Vec<(String, bool)> {
+fn features(behind: bool) -> Vec<(String, bool)> {
     let seen = |prefix: &str| FEATURES.map(|(name, color)| (format!("{prefix}{name}"), color)).to_vec();
-    let behind = seen(BEHIND);
-    match image.other(&behind[0].0) {
-        Some(_) => [vec![(DEPTH.to_string(), false)], behind].concat(),
-        None => seen(""),
-    }
+    if behind { [vec![(DEPTH.to_string(), false)], seen(BEHIND)].concat() } else { seen("") }
 }
 
 /// What the filter takes.
@@ -121,7 +117,10 @@ fn noisy(image: &SpectralImage) -> Result<Noisy, String> {
         mean: (0..image.bins()).map(bin).chain(planes(&mut xyz())?).collect(),
         half: planes(&mut colors.map(|name| half_channel_name(&name)))?,
         error: planes(&mut image.wavelengths_nm.iter().map(|nm| error_channel_name(*nm)).chain(["error.Y".to_string()]))?,
-        features: features(image).iter().map(feature).collect::<Result<_, String>>()?,
+        features: features(image.other(&format!("{BEHIND}{DEPTH}")).is_some())
+            .iter()
+            .map(feature)
+            .collect::<Result<_, String>>()?,
     };
     let mut values = noisy.mean.iter().chain(&noisy.half).chain(&noisy.error).flatten();
     match values.all(|v| v.is_finite()) {

@@ -267,8 +267,8 @@ features! {
     /// Glass is made to reflect more often where it mirrors a small lamp.
     Highlights "HIGHLIGHTS" if |n| {
         let mirrors = n.has(Feature::SmoothDielectric) || n.has(Feature::SmoothThinDielectric);
-        let lamps = n.has(Feature::LightArea) || n.light(|l| matches!(l, Light::Sun { cos_angle, .. } if *cos_angle < 1.0));
-        n.has(Feature::CameraPaths) && n.has(Feature::BsdfSampling) && mirrors && lamps
+        let suns = n.has(Feature::EnvImage) || n.light(|l| matches!(l, Light::Sun { cos_angle, .. } if *cos_angle < 1.0));
+        n.has(Feature::CameraPaths) && n.has(Feature::BsdfSampling) && mirrors && (n.has(Feature::LightArea) || suns)
     };
     /// The kernel traces paths from lights.
     LightPaths "LIGHT_PATHS" if |n| n.pass == Pass::Light;

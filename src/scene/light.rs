@@ -275,6 +275,15 @@ impl EnvironmentMap {
         2.0 * PI / f64::from(self.width) * (edge(row) - edge(row + 1))
     }
 
+    /// World-space direction to the middle of a texel.
+    pub fn direction(&self, texel: usize) -> DVec3 {
+        let width = self.width as usize;
+        let theta = PI * ((texel / width) as f64 + 0.5) / f64::from(self.height);
+        let phi = 2.0 * PI * ((texel % width) as f64 + 0.5) / f64::from(self.width);
+        let (r, y) = theta.sin_cos();
+        self.to_local.transpose() * DVec3::new(r * phi.cos(), y, r * phi.sin())
+    }
+
     /// Radiance of every texel over [`EnvironmentMap::illuminant`], the mean of three wavelengths or over all bins, times its solid angle.
     pub fn weights(&self) -> Vec<f64> {
         let radiance = |texel: usize| match &self.texels {
