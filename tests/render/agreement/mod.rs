@@ -5,6 +5,7 @@
 
 mod aov;
 mod compare;
+mod feature_scenes;
 mod features;
 mod furnace;
 mod independent;
