@@ -91,11 +91,15 @@ fn sample_smooth_dielectric(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, n: vec3f
         reflected += beta[k] * fresnel[k];
     }
     let total = sum_beta();
-    var q = select(0.0, sum4(reflected) / total, total > 0.0);
+    let reflectance = select(0.0, sum4(reflected) / total, total > 0.0);
+    var q = reflectance;
 #if HIGHLIGHTS
-    q = share_of_reflection(q, p, mirrored);
+    q = share_of_reflection(reflectance, p, mirrored);
 #endif
     let reflects = event_choice.x < q;
+#if HIGHLIGHTS
+    path.start *= worth_of_choice(reflectance, q, reflects); // roulette must not see it
+#endif
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         beta[k] *= select((1.0 - fresnel[k]) / (1.0 - q), fresnel[k] / q, reflects);
     }
@@ -104,7 +108,9 @@ fn sample_smooth_dielectric(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, n: vec3f
 #if HIGHLIGHTS
     let q = share_of_reflection(fresnel, p, mirrored);
     let reflects = event_choice.x < q;
-    scale_beta(select(1.0, select((1.0 - fresnel) / (1.0 - q), fresnel / q, reflects), q > fresnel));
+    let worth = worth_of_choice(fresnel, q, reflects);
+    path.start *= worth; // roulette must not see it
+    scale_beta(worth);
 #else
     let reflects = event_choice.x < fresnel;
 #endif

@@ -61,11 +61,15 @@ fn sample_thin_dielectric(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, n: vec3f) 
     }
     let total = sum_beta();
     let mirrored = normalize(d + 2.0 * cos_i * n);
-    var q = select(0.0, sum4(reflected) / total, total > 0.0);
+    let reflectance = select(0.0, sum4(reflected) / total, total > 0.0);
+    var q = reflectance;
 #if HIGHLIGHTS
-    q = share_of_reflection(q, p, mirrored);
+    q = share_of_reflection(reflectance, p, mirrored);
 #endif
     let reflects = event_choice.x < q;
+#if HIGHLIGHTS
+    path.start *= worth_of_choice(reflectance, q, reflects); // roulette must not see it
+#endif
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         let pane = pane_at(m, cos_i, k);
         beta[k] *= select(pane.transmitted / (1.0 - q), pane.reflected / q, reflects);

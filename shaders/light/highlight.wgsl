@@ -30,3 +30,8 @@ fn share_of_reflection(r: f32, p: vec3f, w: vec3f) -> f32 {
     }
     return select(r, share, r > 0.0 && is_found_by_chance());
 }
+
+// What a path that went one of the two ways is worth for it, where the reflectance is `r` and reflection was chosen with probability `q`.
+fn worth_of_choice(r: f32, q: f32, reflects: bool) -> f32 {
+    return select(1.0, select((1.0 - r) / (1.0 - q), r / q, reflects), q > r);
+}

@@ -79,7 +79,7 @@ struct Path {
     last_vertex: vec3f, // where that direction was chosen
     crossings: u32, // surfaces passed straight through; bounds the loop
     wavelength: u32, // the one wavelength left after a dispersive refraction, or NONE
-    start: f32, // mean throughput at the start
+    start: f32, // mean throughput behind the first diffuse vertex; before that the one at the start, times -1
 #if START_VOLUMES
     is_starting: bool, // the ray at hand leads up from the start, to find the volumes there
 #endif
@@ -127,7 +127,7 @@ fn start_path(ray: Ray) {
     path.pdf = -1.0;
     path.last_vertex = ray.o;
     path.wavelength = NONE;
-    path.start = sum_beta() / f32(WAVELENGTHS);
+    path.start = -sum_beta() / f32(WAVELENGTHS);
 }
 
 fn end_path(ray: Ray) -> Ray {

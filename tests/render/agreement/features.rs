@@ -55,7 +55,7 @@ agree! {
     #[ignore = "long: in tools/soak"] matched_glasses, 104, 1.0, matched();
     #[ignore = "long: in tools/soak"] absorbing_glass, 16, 1.0, absorbing();
     #[ignore = "long: in tools/soak"] hazes, 96, 1.0, haze();
-    fog_all_around, 64, 1.0, fog_everywhere();
+    fog_all_around, 80, 1.0, fog_everywhere();
     #[ignore = "long: in tools/soak"] point_light, 208, 1.0, point();
     #[ignore = "long: in tools/soak"] spot_light, 32, 1.0, spot();
     #[ignore = "long: in tools/soak"] parallel_beam, 96, 1.0, beam();

@@ -140,7 +140,7 @@ fn coats_of_other_normals_in_uniform_light_cannot_be_seen() {
             shape(s, m, ball(dvec3(x, 0.0, 0.0), 0.35));
         }
     });
-    cannot_be_seen("coats of other normals", &scene, 12);
+    cannot_be_seen("coats of other normals", &scene, 32);
 }
 
 /// Paint of which it is known how it looks, under a coat and tinted by the colours of vertices, in uniform light: the coat's own reflection, and of what

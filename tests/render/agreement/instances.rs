@@ -89,6 +89,6 @@ fn turned_and_stretched() {
         place(dvec3(0.4, 0.3, 0.35), dvec3(0.2, 0.3, 1.0), dvec3(0.0, 0.8, -0.2)),
     ];
     let scene = room_with(true, &places);
-    let (shared, own) = (gpu(&scene, 1, 4), gpu(&scene.flattened(), 2, 4));
+    let (shared, own) = (gpu(&scene, 1, 5), gpu(&scene.flattened(), 2, 5));
     agree("instances", &pairs(&shared.figures(), &own.figures(), 3.0), 0.75);
 }
