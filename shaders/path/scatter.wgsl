@@ -54,12 +54,12 @@ fn draw_event() {
 #endif
 }
 
-// A path survives with this many times its throughput over that behind its first diffuse vertex: the ways to a vertex have been paid for, so that the best probability of
+// A path survives with this many times its throughput over that behind its first vertex that is not specular: the ways to a vertex have been paid for, so that the best probability of
 // going on is greater than what the vertex is worth (Rath et al. 2022, "EARS: efficiency-aware Russian roulette and splitting"). Measured: src/README.md.
 const SURVIVAL = 1.5;
 
-// Russian roulette by the mean throughput of the carried wavelengths. What is dark, or seen in what is dark, is lit by what is worth little: up to its first diffuse
-// vertex (path.start is negative) no path ends within its first events.
+// Russian roulette by the mean throughput of the carried wavelengths. What is dark, or seen in what is dark, is lit by what is worth little: up to its first
+// vertex that is not specular (path.start is negative) no path ends within its first three events.
 fn survives_roulette(is_specular: bool) -> bool {
     let mean_beta = sum_beta() / f32(WAVELENGTHS);
     if (mean_beta <= 0.0) {

@@ -79,7 +79,7 @@ struct Path {
     last_vertex: vec3f, // where that direction was chosen
     crossings: u32, // surfaces passed straight through; bounds the loop
     wavelength: u32, // the one wavelength left after a dispersive refraction, or NONE
-    start: f32, // mean throughput behind the first diffuse vertex; before that the one at the start, times -1
+    start: f32, // mean throughput behind the first vertex that is not specular; before that the one at the start, times -1
 #if START_VOLUMES
     is_starting: bool, // the ray at hand leads up from the start, to find the volumes there
 #endif
