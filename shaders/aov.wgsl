@@ -227,7 +227,7 @@ fn main(
     var albedo_behind = vec4f(0.0);
 #endif
     for (var sample = 0u; sample < params.samples; sample++) {
-        start_sampler(pixel.y * params.image_width + pixel.x, params.batch, params.seed, sample);
+        start_sampler(pixel.y * params.image_width + pixel.x, params.sequence, params.seed, sample);
         let found = trace_aovs(start_ray(pixel));
         normal_depth += vec4f(found.first.n, found.first.depth);
         albedo += found.first.albedo;

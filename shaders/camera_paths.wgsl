@@ -22,8 +22,8 @@ var<private> item: WorkItem; // at hand
 // Sample `i` of the work item in its pixel `local`.
 fn begin_path(pixel: vec2u, i: u32, local: u32) -> Ray {
     sampled_pixel = pixel.y * params.image_width + pixel.x;
-    start_sampler(sampled_pixel, params.batch, params.seed, item.index + i);
     pass_of_path = item.pass_index + i;
+    start_sampler(sampled_pixel, params.sequence ^ (item.copy << 30u), params.seed, params.first_sample + pass_of_path);
     begin_pass(pass_of_path);
 #if MERGING
     // Points outlive the dispatch.

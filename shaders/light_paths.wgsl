@@ -25,9 +25,8 @@ fn next_item(first: u32, end: u32, items_of_pass: u32, local: u32) -> u32 {
 fn begin_path(item: u32, items_of_pass: u32, local: u32) -> Ray {
     pass_of_path = item / items_of_pass;
     let index = 64u * (item % items_of_pass) + local;
-    let sample = params.first_sample + pass_of_path;
-    // One sequence over all paths of the batch: 0xffffffff is no pixel.
-    start_sampler(0xffffffffu, params.batch, params.seed, sample * params.light_paths + index);
+    // One sequence over all paths of all passes: 0xffffffff is no pixel.
+    start_sampler(0xffffffffu, params.light_sequence, params.seed, (params.first_light_pass + pass_of_path) * params.light_paths + index);
     begin_pass(pass_of_path);
     return emit();
 }

@@ -1,7 +1,7 @@
-// Low-discrepancy numbers keyed by pixel, batch, sample and dimension: padded (0,2)-sequences with Owen scrambling by hashing
+// Low-discrepancy numbers keyed by pixel, sequence, sample and dimension: padded (0,2)-sequences with Owen scrambling by hashing
 // (Burley, "Practical hash-based Owen scrambling", JCGT 9(4), 2020). Never keyed by an invocation's place in a queue.
-var<private> sampler_pixel: u32; // hash of pixel, batch and seed
-var<private> sampler_index: u32; // sample within the batch
+var<private> sampler_pixel: u32; // hash of pixel, sequence and seed
+var<private> sampler_index: u32; // sample within the sequence
 var<private> sampler_dimension: u32;
 
 // Integer hash of good avalanche (Wellons, "prospecting for hash functions", lowbias32).
@@ -46,8 +46,8 @@ fn unit_float(x: u32) -> f32 {
 }
 
 // Restarts the sequence for a sample of a pixel.
-fn start_sampler(pixel: u32, batch: u32, seed: u32, index: u32) {
-    sampler_pixel = hash2(hash2(pixel, batch), seed);
+fn start_sampler(pixel: u32, sequence: u32, seed: u32, index: u32) {
+    sampler_pixel = hash2(hash2(pixel, sequence), seed);
     sampler_index = index;
     sampler_dimension = 0u;
 }
@@ -56,7 +56,7 @@ fn start_sampler(pixel: u32, batch: u32, seed: u32, index: u32) {
 fn next_2d() -> vec2f {
     let key = hash2(sampler_pixel, sampler_dimension);
     sampler_dimension += 1u;
-    // Shuffling the index decorrelates the pairs; within a batch each pair stays a (0,2)-net.
+    // Shuffling the index decorrelates the pairs; each pair stays a (0,2)-sequence.
     let index = reverseBits(owen_scramble_reversed(reverseBits(sampler_index), key));
     let x = reverseBits(owen_scramble_reversed(index, hash(key ^ 0xa511e9b3u)));
     let y = reverseBits(owen_scramble_reversed(sobol_second_reversed(index), hash(key ^ 0x63d83595u)));

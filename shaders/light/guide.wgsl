@@ -70,7 +70,7 @@ fn add_to_guiding_sample(pixel: vec2u, radiance: f32) {
 
 // The path has ended. It is reported with a probability in proportion to what it adds to the integral of squared use, so that a rare bright one is not missed.
 fn store_guiding_sample() {
-    let name = hash2(sampler_index, params.batch);
+    let name = hash2(sampler_index, sampler_pixel);
     let contribution_squared = f32(guiding_contribution) * CONTRIBUTION_UNIT;
     if (unit_float(name) < params.guiding_sample_rate * contribution_squared / guide_density) {
         let at = atomicAdd(&guiding_samples.count, 1u);

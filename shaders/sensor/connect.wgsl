@@ -47,7 +47,7 @@ fn splat(wavelength: u32) {
     add_to_guiding_sample(splat_pixel, sum4(total));
 #endif
     let base = (at.y * params.tile_width + at.x) * (BINS + 3u);
-    let u = unit_float(hash(sampler_pixel ^ hash(sampler_index ^ (sampler_dimension << 24u))));
+    let u = unit_float(hash2(hash2(sampler_pixel, sampler_dimension), sampler_index));
     // The bins, and X, Y, Z after them.
     let first = select(0u, wavelength, wavelength != NONE);
     let end = select(WAVELENGTHS, wavelength + 1u, wavelength != NONE) + 3u;

@@ -38,7 +38,7 @@ fn splat_landed() {
     }
 #endif
 #endif
-    let u = unit_float(hash(sampler_pixel ^ hash(sampler_index ^ (sampler_dimension << 24u))));
+    let u = unit_float(hash2(hash2(sampler_pixel, sampler_dimension), sampler_index));
     // Neighbouring wavelengths mostly land in one pixel: their X, Y, Z are added together.
     var held = NONE;
     var xyz = vec3f(0.0);

@@ -214,12 +214,16 @@ shared_records! {
         first_group: u32,
         /// Steps in which its workgroups are gone through (common/groups.wgsl).
         group_step: u32,
-        /// First pass of this dispatch within the batch.
+        /// Number of a pixel's first sample in its sequence of random numbers: each pass has one.
         first_sample: u32,
         /// Passes of this dispatch.
         samples: u32,
-        /// Batch number, keys the random numbers.
-        batch: u32,
+        /// Sequence of random numbers for camera paths.
+        sequence: u32,
+        /// Likewise for light paths, where passes have numbers of their own.
+        light_sequence: u32,
+        /// Number of the first pass in the sequence for light paths.
+        first_light_pass: u32,
         /// Seed, keys the random numbers.
         seed: u32,
         /// Greatest number of scattering events.
@@ -256,8 +260,6 @@ shared_records! {
         first_distant_light: u32,
         /// Number of the light that shows a picture.
         environment_light: u32,
-        /// Unused.
-        pad_1: u32,
         /// Texel of the table of textures at which coordinates of primitives begin.
         first_uv: u32,
         /// Number of the first primitive that is part of an instance.
@@ -276,8 +278,6 @@ shared_records! {
         first_light_in_order: u32,
         /// Spheres around the lamps of the greatest radiance: as many records behind those of the lights, of which `p0` is centre and radius.
         highlights: u32,
-        /// Unused.
-        pad_0: u32,
         /// Least corner of the ramp over the scene, by which the grid's cells lie ...
         scene_ramp_low: Vec4,
         /// ... its slope, m^-1, ...
@@ -329,8 +329,8 @@ shared_records! {
     struct WorkItem {
         /// Samples of a pixel in all items before.
         place: u32,
-        /// Number of the first sample within the batch.
-        index: u32,
+        /// How often the block had these passes before: each time has a sequence of random numbers of its own.
+        copy: u32,
         /// How many samples.
         count: u32,
         /// Pass of the first one, within the table of spectra.

@@ -229,16 +229,21 @@ impl GpuIntegrator {
                 self.gpu.clear(&merge.heads);
                 resources.extend([("points", &merge.points), ("heads", &merge.heads)]);
             }
+            let first_sample = passes.first_sample + u64::from(first);
+            let (light_sequence, first_light_pass) =
+                light_sequence(passes.sequence, self.view.params.light_paths, first_sample);
             let params = Params {
                 tile_x: tile.x,
                 tile_y: tile.y,
                 tile_width: tile.width,
                 tile_height: tile.height,
-                first_sample: first,
+                first_sample: first_sample as u32,
                 samples: count,
                 first_work_group: window.items.len() as u32 * texels::<WorkItem>(),
                 light_units: count * (light_units / least_groups).min(self.learned.most_samples / count).max(1),
-                batch: passes.batch,
+                sequence: passes.sequence,
+                light_sequence,
+                first_light_pass,
                 seed: self.seed,
                 guiding_sample_rate,
                 guiding_sample_room,
@@ -346,7 +351,6 @@ impl GpuIntegrator {
                 of_round = split(&counts);
             }
             windows.append(&mut of_round);
-            counts.end_round();
         }
         windows
     }
@@ -378,12 +382,22 @@ impl GpuIntegrator {
     }
 }
 
+/// The sequence for light paths that pass `number` of a sequence goes on in, so many to a pass, and the pass's number there: there is one for each number of paths, and another one before the
+/// numbers of paths outgrow 32 bits.
+fn light_sequence(sequence: u32, light_paths: u32, number: u64) -> (u32, u32) {
+    let passes = 1u64 << 30u32.saturating_sub(light_paths.max(1).ilog2());
+    let key = splitmix(splitmix(u64::from(light_paths) << 32 | u64::from(sequence)) ^ (number / passes));
+    ((key >> 32) as u32, (number % passes) as u32)
+}
+
 /// Passes in a row.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Passes {
-    /// Keys their random numbers.
-    pub(super) batch: u32,
-    /// Number of the first one among all of the render.
+    /// Their sequence of random numbers.
+    pub(super) sequence: u32,
+    /// Number of the first one's samples in it.
+    pub(super) first_sample: u64,
+    /// Number of the first one among all of the render, by which it has its wavelengths.
     pub(super) number: u64,
     pub(super) count: u32,
 }
@@ -407,14 +421,14 @@ impl GpuIntegrator {
 
     /// [`Integrator::render_ahead`], unguarded. Its state changes at a tile's end alone.
     fn batch(&mut self, batch: Batch, film: &mut Film) -> Result<BatchStats> {
-        let Batch { index, first_pass, spp } = batch;
+        let Batch { first_pass, spp, sequence, first_sample, .. } = batch;
         if self.learned.tiles_done == 0 {
             self.probe(batch, film)?;
         }
         let tiles = self.tiles();
         for &tile in &tiles[self.learned.tiles_done.min(tiles.len())..] {
             let rates = self.learned.adaptive.as_ref().map_or_else(|| even_rates(tile), |a| a.rates(tile, spp));
-            let passes = Passes { batch: index, number: first_pass, count: spp };
+            let passes = Passes { sequence, first_sample, number: first_pass, count: spp };
             let traced = self.trace_meanwhile(tile, passes, &rates, film)?;
             let sums = self.bring_back(tile, passes, traced.earlier)?;
             self.learned.stats += traced.stats;
@@ -461,7 +475,7 @@ impl GpuIntegrator {
         // A lens bends by its indices.
         let spectra = gpu.table("spectra", &self.spectra(0, 1).0)?;
         resources.push(("spectra", &spectra));
-        let params = Params { samples, batch: index, seed: self.seed, ..self.view.params };
+        let params = Params { samples, sequence: index, seed: self.seed, ..self.view.params };
         let tiles = self.tiles();
         let work = (self.view.bounds, tiles.as_slice());
         let behind = plan.aovs.has(Feature::Behind);

@@ -77,13 +77,13 @@ impl GpuIntegrator {
 
     fn passes_of_preview(&mut self, scene: &Scene, preview: Preview) -> Result<Film> {
         let Preview { passes, number, .. } = preview;
-        let batch = u32::MAX - (NUMBERS << 1) + number % NUMBERS;
+        let sequence = u32::MAX - (NUMBERS << 1) + number % NUMBERS;
         let View { params: Params { image_width: width, image_height: height, .. }, bounds } = self.view;
         let crop = scene.film.crop.map(|_| bounds);
         let mut film = Film::new(&FilmSettings { width, height, crop, ..scene.film.clone() });
         let mut room = Vec::new();
         for tile in self.tiles() {
-            let passes = Passes { batch, number: u64::from(number) * u64::from(passes), count: passes };
+            let passes = Passes { sequence, first_sample: 0, number: u64::from(number) * u64::from(passes), count: passes };
             let traced = self.trace(tile, passes, &even_rates(tile))?;
             let sums = self.bring_back(tile, passes, traced.earlier)?;
             let values = sums.all(&mut room).0;

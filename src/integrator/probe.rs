@@ -18,7 +18,7 @@ use std::ops::Range;
 const PROBES: [(u64, f64); 2] = [(0, (1 << 16) as f64), (4, (1 << 19) as f64)];
 /// In how many rounds; the picture has fewer pixels for it, if it has to.
 const ROUNDS: (f64, f64) = (4.0, 12.0);
-/// Probes have the last numbers of batches, each so many.
+/// Probes have the last sequences of random numbers, each so many.
 const NUMBERS: u32 = 16;
 
 /// What the largest probe renders.
@@ -79,7 +79,7 @@ impl GpuIntegrator {
         Ok(())
     }
 
-    fn probe_rounds(&mut self, rounds: Range<u32>, first_batch: u32) -> Result<Probe> {
+    fn probe_rounds(&mut self, rounds: Range<u32>, first_sequence: u32) -> Result<Probe> {
         let (mut last, mut room): (Vec<f32>, Vec<f32>) = Default::default();
         let mut sum = Probe { camera_variance: 0.0, light_variance: 0.0, camera_rays: 0.0, light_rays: 0.0 };
         let View { params, bounds } = self.view;
@@ -89,7 +89,7 @@ impl GpuIntegrator {
             let mut picture = vec![0.0; bounds.pixels()];
             let (mut squares, mut stats) = (0.0, BatchStats::default());
             for tile in self.tiles() {
-                let passes = Passes { batch: first_batch + round, number: u64::from(round), count: 1 };
+                let passes = Passes { sequence: first_sequence + round, first_sample: 0, number: u64::from(round), count: 1 };
                 let traced = self.trace(tile, passes, &even_rates(tile))?;
                 let sums = self.bring_back(tile, passes, traced.earlier)?;
                 let (values, by_camera, _) = sums.all(&mut room);

@@ -16,8 +16,6 @@ pub(super) struct SampleCounts {
     counts: Vec<u32>,
     /// The pass of the first sample.
     starts: Vec<u32>,
-    /// Samples that each block had before in this batch.
-    had: Vec<u32>,
 }
 
 /// A window of passes as the shaders read it.
@@ -59,7 +57,7 @@ impl Window {
 impl SampleCounts {
     /// For a batch of so many blocks.
     pub(super) fn new(blocks: usize) -> Self {
-        Self { passes: 0, counts: vec![0; blocks], starts: vec![0; blocks], had: vec![0; blocks] }
+        Self { passes: 0, counts: vec![0; blocks], starts: vec![0; blocks] }
     }
 
     /// Chooses counts of a round of up to [`ROUND`] passes, whose means over blocks are `rates` of the passes: round `number` of all that are as long, of a tile
@@ -91,11 +89,6 @@ impl SampleCounts {
         self.starts.fill(0);
     }
 
-    /// Goes on to the next round of the batch.
-    pub(super) fn end_round(&mut self) {
-        self.had.iter_mut().zip(&self.counts).for_each(|(had, count)| *had += count);
-    }
-
     /// Passes `first` to `first + passes` of the round.
     pub(super) fn window(&self, first: u32, passes: u32) -> Window {
         let mut window = Window { passes, items: Vec::with_capacity(self.counts.len()), samples: 0 };
@@ -104,12 +97,13 @@ impl SampleCounts {
             let mut sample = 0;
             let mut pass = self.starts[block];
             while sample < count {
-                let end = self.passes.min(pass + count - sample);
+                let copy = sample / self.passes;
+                let end = self.passes.min(pass + count.min((copy + 1) * self.passes) - sample);
                 let (from, to) = (pass.max(first), end.min(first + passes));
                 if from < to {
                     window.items.push(WorkItem {
                         place: window.samples,
-                        index: self.had[block] + sample + from - pass,
+                        copy,
                         count: to - from,
                         pass_index: from - first,
                         weight: self.passes as f32 / count as f32,
@@ -119,7 +113,7 @@ impl SampleCounts {
                     window.samples += to - from;
                 }
                 sample += end - pass;
-                pass = 0;
+                pass = end % self.passes;
             }
         }
         window
@@ -149,10 +143,10 @@ pub(super) fn splitmix(key: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// (block, number within the batch, pass within the window) of all samples.
+    /// (block, which time it has the pass, pass within the window) of all samples.
     fn samples(window: &Window) -> Vec<(u32, u32, u32)> {
-        let of_item = |&WorkItem { count, pass_index, index, block, .. }: &WorkItem| {
-            (0..count).map(move |i| (block, index + i, pass_index + i))
+        let of_item = |&WorkItem { count, pass_index, copy, block, .. }: &WorkItem| {
+            (0..count).map(move |i| (block, copy, pass_index + i))
         };
         window.items.iter().flat_map(of_item).collect()
     }
@@ -161,7 +155,6 @@ mod tests {
     fn every_sample_is_in_one_unit_of_its_window() {
         let rates = [0.25, 4.0, 1.0, 0.9, 2.3, 0.3, 1.7, 0.25];
         let mut counts = SampleCounts::new(rates.len());
-        let mut had = [0; 8];
         for (round, passes) in [16, 8, 16, 4, 5, 1].into_iter().enumerate() {
             counts.begin_round(&rates, passes, round as u64, 7);
             for size in [1, 3, 8, 16] {
@@ -176,14 +169,16 @@ mod tests {
                     assert!(found.iter().all(|(_, _, pass)| *pass < window.passes), "{found:?}");
                     assert_eq!(found.len() as u32, window.samples);
                     assert!(window.items.iter().all(|u| u.weight == passes as f32 / counts.counts[u.block as usize] as f32));
-                    all.extend(found.into_iter().map(|(block, index, _)| (block, index)));
+                    all.extend(found.into_iter().map(|(block, copy, pass)| (block, copy, first + pass)));
                 }
                 all.sort_unstable();
-                let expected: Vec<_> = (0..8).flat_map(|b| (0..counts.counts[b]).map(move |i| (b as u32, i))).collect();
-                assert_eq!(all, expected.iter().map(|&(b, i)| (b, had[b as usize] + i)).collect::<Vec<_>>());
+                // From the first one on, all passes before any again.
+                let starts = &counts.starts;
+                let of_block = |b: usize| (0..counts.counts[b]).map(move |i| (b as u32, i / passes, (starts[b] + i) % passes));
+                let mut expected: Vec<_> = (0..8).flat_map(of_block).collect();
+                expected.sort_unstable();
+                assert_eq!(all, expected);
             }
-            counts.end_round();
-            had.iter_mut().zip(&counts.counts).for_each(|(had, count)| *had += count);
         }
     }
 

@@ -15,12 +15,17 @@ const MOST_SPP: u32 = 64;
 /// Samples of every pixel that are taken together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Batch {
-    /// Its number, which keys its random numbers.
+    /// Its number, which keys random numbers of the reference.
     pub index: u32,
     /// Number of its first pass (one sample of every pixel, in the mean) among those of all batches.
     pub first_pass: u64,
     /// Samples per pixel, in the mean over pixels.
     pub spp: u32,
+    /// Sequence of random numbers that its passes have their places in. All batches of a render have the same one, so that their errors make up for each other: what they differ by
+    /// overstates the error of their mean.
+    pub sequence: u32,
+    /// Number of its first sample in that sequence.
+    pub first_sample: u64,
 }
 
 impl Batch {
@@ -31,7 +36,8 @@ impl Batch {
         let (mut spp, mut first, mut first_pass) = (1, 0, 0);
         loop {
             if spp == largest || index - first < PER_SIZE {
-                return Batch { index, first_pass: first_pass + u64::from(index - first) * u64::from(spp), spp };
+                let first_pass = first_pass + u64::from(index - first) * u64::from(spp);
+                return Batch { index, first_pass, spp, sequence: 0, first_sample: first_pass };
             }
             first += PER_SIZE;
             first_pass += u64::from(PER_SIZE * spp);
@@ -39,9 +45,9 @@ impl Batch {
         }
     }
 
-    /// Batch `index` of batches that are all of `spp` samples, for what is measured beside renders.
+    /// Batch `index` of independent batches that are all of `spp` samples, for what is measured beside renders.
     pub fn even(index: u32, spp: u32) -> Self {
-        Batch { index, first_pass: u64::from(index) * u64::from(spp), spp }
+        Batch { index, first_pass: u64::from(index) * u64::from(spp), spp, sequence: index, first_sample: 0 }
     }
 
     /// Its first samples, `spp` at most.

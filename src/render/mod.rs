@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 
 /// Something that fills a film, batch by batch.
 pub trait Integrator {
-    /// Renders a batch and adds it to `film`; returns what was counted. Batches of different numbers use independent random numbers; the same seed and the
+    /// Renders a batch and adds it to `film`; returns what was counted. Passes of different sequences use independent random numbers; the same seed and the
     /// same batches since the beginning give the same bits. A batch that was begun before and not done is gone on with.
     ///
     /// # Errors

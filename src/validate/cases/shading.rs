@@ -31,7 +31,7 @@ pub(super) fn cases() -> Vec<Case> {
             "rough glass shaded smooth, in uniform light",
             &json!({"dielectric": {"ior": 1.5, "roughness": 0.5}}),
             ball,
-            64,
+            96,
         ),
         smooth("smooth-mirror", "a coarse white mirror shaded round, in uniform light", &mirror(0.0), ball, 16),
         paint_under_the_sun(),

@@ -80,7 +80,7 @@ agree! {
     maps_of_normals, 56, 1.0, textures::normals();
     normals_of_coats, 80, 1.0, textures::normals_of_coats(Estimator::Backward);
     #[ignore = "long: in tools/soak"] light_on_coats_that_point_elsewhere, 128, 3.0, textures::normals_of_coats(Estimator::Forward);
-    roughness_that_varies, 16, 2.6, textures::roughness();
+    roughness_that_varies, 20, 2.6, textures::roughness();
     one_bin, 64, 1.0, bins(1);
 }
 

@@ -46,7 +46,7 @@ fn a_part_has_the_bits_of_the_whole_and_one_that_learns_agrees_with_it() {
         let mut integrator = open(&scene, 3, UNLEARNED);
         integrator.set_light_paths(0.3);
         let mut film = Film::new(&scene.film);
-        for batch in [Batch::nth(0, 160 * 144), Batch { index: 1, first_pass: 1, spp: 16 }] {
+        for batch in [Batch::nth(0, 160 * 144), Batch { index: 1, first_pass: 1, spp: 16, sequence: 0, first_sample: 1 }] {
             integrator.render_batch(batch, &mut film).unwrap();
         }
         (film, integrator)
