@@ -63,7 +63,7 @@ impl Film {
 
     /// Half the difference of the means of two halves of the batches, scaled so that its square is an unbiased estimate of the squared error of the mean:
     /// with `w` of `W` samples in the one half, whose mean is `x`, that is `sqrt(w / (W - w)) (x - mean)`. The mean plus and minus it have independent
-    /// noise, however unequal the halves are. 0 where it is not kept, or a half has no batch.
+    /// noise, however unequal the halves are; where batches make up for each other its square is more than that error. 0 where it is not kept, or a half has no batch.
     pub fn half_difference(&self, pixel: usize, channel: usize) -> f64 {
         let Some(half) = &self.half else { return 0.0 };
         let at = pixel * self.channels + channel;

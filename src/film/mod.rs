@@ -5,7 +5,8 @@
 //! lx).
 //!
 //! Errors come from batches, not from single samples: samples of one batch may be correlated (low-discrepancy points, shared
-//! photons), batches are not. A batch of `spp` samples has weight `spp`; with batch means `x_i` and weights `w_i` summing to `W`,
+//! photons). Independent batches (those that are measured: [`crate::render::Batch::even`]) tell errors as they are. Batches of a render go on in one low-discrepancy sequence: they make
+//! up for each other, and what they differ by overstates the error of their mean. A batch of `spp` samples has weight `spp`; with batch means `x_i` and weights `w_i` summing to `W`,
 //! the mean is `sum w_i x_i / W` and its variance `sum w_i (x_i - mean)^2 / ((n - 1) W)`, kept by the weighted recurrence of West
 //! (1979), "Updating mean and variance estimates". With equal weights, as in any render but for its last batch, that is the
 //! textbook s^2 / n.

@@ -230,8 +230,7 @@ impl GpuIntegrator {
                 resources.extend([("points", &merge.points), ("heads", &merge.heads)]);
             }
             let first_sample = passes.first_sample + u64::from(first);
-            let (light_sequence, first_light_pass) =
-                light_sequence(passes.sequence, self.view.params.light_paths, first_sample);
+            let (light_sequence, first_light_pass) = light_sequence(passes.sequence, self.view.params.light_paths, first_sample);
             let params = Params {
                 tile_x: tile.x,
                 tile_y: tile.y,
@@ -558,4 +557,31 @@ pub fn fold_seed(seed: u64) -> u32 {
 /// How many samples an invocation may take, if one that took `samples` had `rays`.
 fn fitting(samples: u32, rays: u64) -> u32 {
     u32::try_from(u64::from(samples) * RAYS_OF_INVOCATION / rays.max(1)).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_light_path_has_the_numbers_of_another() {
+        for light_paths in [1, 7, 4096, 100_000, 1 << 24, u32::MAX >> 4] {
+            let mut before = light_sequence(0, light_paths, 0);
+            assert_ne!(before.0, light_sequence(1, light_paths, 0).0);
+            assert_ne!(before.0, light_sequence(0, light_paths + 1, 0).0);
+            for pass in 1..100 {
+                let (sequence, first) = light_sequence(0, light_paths, pass);
+                // It goes on, or another one begins.
+                assert!((sequence, first) == (before.0, before.1 + 1) || sequence != before.0 && first == 0);
+                // With room for all paths of the pass.
+                assert!((u64::from(first) + 1) * u64::from(light_paths) <= 1 << 32);
+                before = (sequence, first);
+            }
+            // And for those of the longest dispatch, where a batch has several passes.
+            let far = u64::from(u32::MAX);
+            let (_, first) = light_sequence(0, light_paths, far);
+            let passes = if light_paths > 1 << 24 { 1 } else { u64::from(PASSES_PER_DISPATCH) };
+            assert!((u64::from(first) + passes) * u64::from(light_paths) <= 1 << 32, "{light_paths}");
+        }
+    }
 }

@@ -145,9 +145,8 @@ mod tests {
 
     /// (block, which time it has the pass, pass within the window) of all samples.
     fn samples(window: &Window) -> Vec<(u32, u32, u32)> {
-        let of_item = |&WorkItem { count, pass_index, copy, block, .. }: &WorkItem| {
-            (0..count).map(move |i| (block, copy, pass_index + i))
-        };
+        let of_item =
+            |&WorkItem { count, pass_index, copy, block, .. }: &WorkItem| (0..count).map(move |i| (block, copy, pass_index + i));
         window.items.iter().flat_map(of_item).collect()
     }
 

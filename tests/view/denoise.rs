@@ -126,7 +126,8 @@ fn a_page_that_wants_it_sees_less_noise_and_all_else_stays_raw() {
     let spectrum = page.message("spectrum").expect("an answer");
     let pixel = (0.9 * 64.0) as usize * 96 + 48;
     // As JSON has numbers, to the last digit but one.
-    let sent = |key: &str| spectrum[key].as_array().expect("a list").iter().map(|v| v.as_f64().expect("a number")).collect::<Vec<_>>();
+    let sent =
+        |key: &str| spectrum[key].as_array().expect("a list").iter().map(|v| v.as_f64().expect("a number")).collect::<Vec<_>>();
     let is_same = |(sent, of_film): (&f64, &f64)| (sent - of_film).abs() <= 1e-14 * of_film.abs();
     assert!(sent("values").iter().zip(&same.pixel(pixel)[..8]).all(is_same) && sent("values").len() == 8, "{spectrum}");
     assert!(sent("xyz").iter().zip(&same.xyz(pixel)).all(is_same) && sent("xyz").len() == 3, "{spectrum}");

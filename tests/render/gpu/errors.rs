@@ -3,8 +3,8 @@
 use super::support::*;
 use crate::adapter;
 use abbe::film::Film;
-use abbe::integrator::GpuIntegrator;
-use abbe::render::{Rendering, Stop, render_blocks};
+use abbe::integrator::{GpuIntegrator, Techniques};
+use abbe::render::{Batch, Integrator, Rendering, Stop, render_blocks};
 use abbe::scene::{LoadOptions, Scene, load};
 use serde_json::json;
 use std::ops::ControlFlow;
@@ -123,4 +123,38 @@ fn a_young_caustic_knows_its_error() {
     assert!((estimated - truth).abs() < (own - truth).abs(), "estimated {estimated}, by pixels alone {own}, true {truth}");
     // Of single pixels with 16 samples the errors are not normal; from their own batches alone it is 0.10.
     assert!(share < 0.085, "{share} outside an interval of 95 %");
+}
+
+#[test]
+fn batches_of_a_render_make_up_for_each_other() {
+    let scene = diffuse();
+    let even = Techniques { adaptive_sampling: false, ..Techniques::default() };
+    // Luminances, and what the film says of their squared errors.
+    let run = |seed: u64, batch: fn(u32) -> Batch| -> (Vec<f64>, Vec<f64>) {
+        let mut integrator = adapter::with(&scene, seed, even).unwrap();
+        let mut film = Film::new(&scene.film);
+        for i in 0..BATCHES {
+            integrator.render_batch(batch(i), &mut film).unwrap();
+        }
+        let y = film.bins() + 1;
+        (0..film.pixels()).map(|p| (film.pixel(p)[y], film.standard_error(p, y).powi(2))).unzip()
+    };
+    // Sums over pixels of the variance over runs, and of what films say.
+    let variances = |batch: fn(u32) -> Batch| -> (f64, f64) {
+        let runs: Vec<_> = (0..RUNS).map(|seed| run(seed, batch)).collect();
+        let n = RUNS as f64;
+        let of_pixel = |p: usize| {
+            let mean = runs.iter().map(|(y, _)| y[p]).sum::<f64>() / n;
+            runs.iter().map(|(y, _)| (y[p] - mean).powi(2)).sum::<f64>() / (n - 1.0)
+        };
+        let said = runs.iter().map(|(_, said)| said.iter().sum::<f64>()).sum::<f64>() / n;
+        ((0..runs[0].0.len()).map(of_pixel).sum(), said)
+    };
+    let (together, said) = variances(|i| Batch::nth(i, (SIZE * SIZE) as usize));
+    let (apart, said_apart) = variances(|i| Batch::even(i, 1));
+    println!("variance {together:.3e}, said to be {said:.3e}; of independent batches {apart:.3e}, said to be {said_apart:.3e}");
+    assert!(together < 0.7 * apart, "{together:.3e} against {apart:.3e}");
+    // Errors are overstated, and never understated.
+    assert!((said_apart / apart - 1.0).abs() < 0.1, "{said_apart:.3e} for {apart:.3e}");
+    assert!(said > together, "{said:.3e} for {together:.3e}");
 }
