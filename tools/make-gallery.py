@@ -13,7 +13,7 @@ import tempfile
 from PIL import Image
 
 SCENES = pathlib.Path(__file__).parent.parent / "scenes"
-# Size and samples per pixel: a minute at most on two quiet cores without a GPU, but for the lens and the hero.
+# Size and samples per pixel: one to two minutes on two cores without a GPU, three for the pool, longer for the lens and the hero.
 PICTURES = {
     "prism": ("640x480", 76),
     "gem": ("640x480", 32),
