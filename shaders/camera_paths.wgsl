@@ -23,6 +23,7 @@ var<private> item: WorkItem; // at hand
 fn begin_path(pixel: vec2u, i: u32, local: u32) -> Ray {
     sampled_pixel = pixel.y * params.image_width + pixel.x;
     pass_of_path = item.pass_index + i;
+    // Copies, 0 to 3, in bits that no sequence of a render has.
     start_sampler(sampled_pixel, params.sequence ^ (item.copy << 30u), params.seed, params.first_sample + pass_of_path);
     begin_pass(pass_of_path);
 #if MERGING

@@ -8,6 +8,7 @@ pub mod layout;
 mod read_back;
 pub mod scene;
 pub mod shader;
+mod shared;
 mod tables;
 mod timer;
 

@@ -4,6 +4,8 @@ use crate::gpu::layout::{WorkGroup, WorkItem};
 
 /// Most samples of a block, over the mean of all.
 pub(super) const MOST: f64 = 4.0;
+/// The number of a copy has two bits (camera_paths.wgsl).
+const _: () = assert!(MOST <= 4.0);
 /// Passes of a round: sample counts are whole numbers in each.
 pub(super) const ROUND: u32 = 16;
 /// Runs of a round: a quarter of its passes each. Wavelengths of the passes of a run are evenly spread, as those of a round are.
