@@ -8,7 +8,7 @@
 #include "bsdf/ggx.wgsl"
 #endif
 #if DISPERSION
-#include "path/collapse.wgsl"
+#include "path/hero.wgsl"
 #endif
 #if HIGHLIGHTS
 #include "light/highlight.wgsl"
@@ -30,14 +30,14 @@ fn face_of_glass(m: Material, cos_i: f32, eta: vec4f) -> vec4f {
 }
 
 #if SMOOTH_DIELECTRIC
-// Reflectance between the indices in two rows, through the film that may lie there.
-fn interface_reflectance(m: Material, cos_i: f32, near_row: u32, far_row: u32, k: u32) -> vec4f {
+// Reflectance between two indices, through the film that may lie there.
+fn interface_reflectance(m: Material, cos_i: f32, near: vec4f, far: vec4f, k: u32) -> vec4f {
 #if THIN_FILM
     if (m.c != 0u) {
-        return film_reflectance(m, cos_i, spectrum(near_row, k), spectrum(far_row, k), vec4f(0.0), k);
+        return film_reflectance(m, cos_i, near, far, vec4f(0.0), k);
     }
 #endif
-    return face_of_glass(m, cos_i, spectrum(far_row, k) / spectrum(near_row, k));
+    return face_of_glass(m, cos_i, far / near);
 }
 
 #if SHADING_NORMALS
@@ -55,6 +55,12 @@ fn leave_to_camera_paths(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32) {
     }
 }
 #else
+#if DISPERSION
+fn hero_is_let_out(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32) -> bool {
+    return component(select(vec4f(0.0), vec4f(1.0), is_let_out(b, cos_s, cos_g, path.hero / 4u)), path.hero % 4u) > 0.0;
+}
+#endif
+
 // Whether the path goes by the geometric normal, since that lets it out. If its wavelengths do not agree, some of them go on.
 fn goes_by_geometry(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32, u: f32) -> bool {
     var let_out = 0.0;
@@ -63,6 +69,11 @@ fn goes_by_geometry(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32, u: f32) -> b
     }
     let total = sum_beta();
     let q = select(0.0, let_out / total, total > 0.0);
+#if DISPERSION
+    if (path.hero != NONE) {
+        return hero_is_let_out(b, cos_s, cos_g);
+    }
+#endif
     let goes = u < q;
 #if DISPERSION
     for (var k = 0u; k < WAVELENGTHS4; k++) {
@@ -75,7 +86,7 @@ fn goes_by_geometry(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32, u: f32) -> b
 #endif
 #endif
 
-// Reflection, or refraction with the collapse of the wavelengths where the index depends on them.
+// Reflection, or refraction, where one wavelength becomes the hero if the index depends on them.
 fn sample_smooth_dielectric(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, n: vec3f) -> BsdfSample {
     let m = (*b).m;
     let near_row = (*b).near_row;
@@ -83,15 +94,29 @@ fn sample_smooth_dielectric(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, n: vec3f
     let cos_i = min(-dot(d, n), 1.0);
     let mirrored = normalize(d + 2.0 * cos_i * n);
 #if DISPERSION || THIN_FILM
-    // Reflection has the same direction at every wavelength: one choice for all, by the mean Fresnel reflectance of what the path carries.
+    // Reflection has the same direction at every wavelength: one choice for all, by the mean Fresnel reflectance of what the path carries, or by the hero's.
     var fresnel: Spectrum;
+    var radiance: Spectrum; // of what refracts
     var reflected = vec4f(0.0);
+    var of_hero = vec4f(0.0);
+    var totally = 0u;
     for (var k = 0u; k < WAVELENGTHS4; k++) {
-        fresnel[k] = interface_reflectance(m, cos_i, near_row, far_row, k);
+        let near = spectrum(near_row, k);
+        let far = spectrum(far_row, k);
+        fresnel[k] = interface_reflectance(m, cos_i, near, far, k);
+        radiance[k] = refracted_radiance(far / near);
         reflected += beta[k] * fresnel[k];
+#if DISPERSION
+        of_hero += fresnel[k] * one_hot(path.hero, k);
+        totally |= as_set(cos_transmitted_squared(cos_i, far / near) <= vec4f(0.0), k);
+#endif
     }
     let total = sum_beta();
-    let reflectance = select(0.0, sum4(reflected) / total, total > 0.0);
+    var reflectance = select(0.0, sum4(reflected) / total, total > 0.0);
+#if DISPERSION
+    reflectance = select(sum4(of_hero), reflectance, path.hero == NONE);
+    part_at_total_reflection(totally);
+#endif
     var q = reflectance;
 #if HIGHLIGHTS
     q = share_of_reflection(reflectance, p, mirrored);
@@ -101,10 +126,12 @@ fn sample_smooth_dielectric(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, n: vec3f
     path.start *= worth_of_choice(reflectance, q, reflects); // roulette must not see it
 #endif
     for (var k = 0u; k < WAVELENGTHS4; k++) {
-        beta[k] *= select((1.0 - fresnel[k]) / (1.0 - q), fresnel[k] / q, reflects);
+        beta[k] *= select(radiance[k] * (1.0 - fresnel[k]) / (1.0 - q), fresnel[k] / q, reflects);
     }
 #else
-    let fresnel = interface_reflectance(m, cos_i, near_row, far_row, 0u).x;
+    let near = spectrum(near_row, 0u);
+    let far = spectrum(far_row, 0u);
+    let fresnel = interface_reflectance(m, cos_i, near, far, 0u).x;
 #if HIGHLIGHTS
     let q = share_of_reflection(fresnel, p, mirrored);
     let reflects = event_choice.x < q;
@@ -114,22 +141,22 @@ fn sample_smooth_dielectric(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, n: vec3f
 #else
     let reflects = event_choice.x < fresnel;
 #endif
+    scale_beta(select(refracted_radiance(far / near).x, 1.0, reflects));
 #endif
     if (reflects) {
         return BsdfSample(mirrored, vec3f(0.0, 0.0, cos_i), true);
     }
-    var wavelength = select(path.wavelength, 0u, path.wavelength == NONE);
+    var wavelength = 0u;
 #if DISPERSION
-    if (path.wavelength == NONE && (*b).dispersive) {
-        wavelength = collapse_wavelengths();
+    if (path.hero == NONE && (*b).dispersive) {
+        choose_hero(near_row, far_row);
     }
+    wavelength = select(path.hero, 0u, path.hero == NONE);
 #endif
     let eta = relative_index(b, wavelength);
     let cos_t2 = cos_transmitted_squared(cos_i, vec4f(eta)).x;
-    let refracted = refracted_radiance(vec4f(eta)).x;
-    path.start *= refracted; // undone where the path leaves the glass again: roulette must not see it
-    scale_beta(refracted);
-    // Total reflection of the wavelength that was kept ends the path: others have chosen to refract.
+    path.start *= refracted_radiance(vec4f(eta)).x; // undone where the path leaves the glass again: roulette must not see it
+    // Total reflection of the hero ends the path: others have chosen to refract.
     return BsdfSample(refracted_direction(d, n, cos_i, eta, cos_t2), vec3f(0.0, 0.0, select(0.0, -1.0, cos_t2 > 0.0)), true);
 }
 #endif

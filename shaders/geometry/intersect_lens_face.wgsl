@@ -255,6 +255,7 @@ fn intersect_lens_face(ray: Ray, primitive: u32, base: vec3f, axis: vec3f, size:
 struct LensPlace {
     p: vec3f, // over the base
     n: vec3f, // outward
+    curvature: f32, // of that, across the axis
 }
 
 // The point of the face next to `q` (over the base).
@@ -264,13 +265,13 @@ fn place_on_lens_face(q: vec3f, axis: vec3f, size: vec3f) -> LensPlace {
     let form = bitcast<u32>(size.z);
     if (form == LENS_EDGE) {
         let n = normalize(across);
-        return LensPlace(h * axis + size.x * n, n);
+        return LensPlace(h * axis + size.x * n, n, 1.0 / size.x);
     }
     if (form == LENS_ANNULUS) {
         let ring = primitive_row(bitcast<u32>(size.y));
-        return LensPlace(across + ring.x * axis, ring.w * axis);
+        return LensPlace(across + ring.x * axis, ring.w * axis, 0.0);
     }
     let s = face_surface(size);
     let surface = face_sag_and_slope(s, dot(across, across));
-    return LensPlace(across + (s.vertex + surface.x) * axis, s.side * normalize(axis - surface.y * across));
+    return LensPlace(across + (s.vertex + surface.x) * axis, s.side * normalize(axis - surface.y * across), -s.side * surface.y);
 }

@@ -18,6 +18,9 @@ struct Surface {
     light: u32, // index of the light that this primitive is, or NONE
     arrival: vec3f, // direction of the ray that arrives
     way: f32, // its length
+#if DISPERSION
+    curvature: f32, // by how much the normal turns along the surface, 1/m: positive where it is convex, the mean over all directions
+#endif
     on_ray: vec3f, // where it arrives, as the ray has it: less exact than p along n, but not beside the ray
 }
 
@@ -39,6 +42,9 @@ fn surface_at(ray: Ray, hit: Hit) -> Surface {
 #if SPHERES
         if (kind == PRIMITIVE_SPHERE) {
             s.n = normalize(q);
+#if DISPERSION
+            s.curvature = 1.0 / r2.x;
+#endif
             s.p = r0.xyz + r2.x * s.n; // back onto the sphere: the error no longer grows with the ray's length
         }
 #endif
@@ -52,6 +58,9 @@ fn surface_at(ray: Ray, hit: Hit) -> Surface {
         if (kind == PRIMITIVE_CYLINDER) {
             let h = dot(q, r1.xyz);
             s.n = normalize(q - h * r1.xyz);
+#if DISPERSION
+            s.curvature = 1.0 / r2.x;
+#endif
             s.p = r0.xyz + h * r1.xyz + r2.x * s.n;
         }
 #endif
@@ -59,6 +68,9 @@ fn surface_at(ray: Ray, hit: Hit) -> Surface {
         if (kind == PRIMITIVE_LENS_FACE) {
             let place = place_on_lens_face(q, r1.xyz, r2.xyz);
             s.n = place.n;
+#if DISPERSION
+            s.curvature = place.curvature;
+#endif
             s.p = r0.xyz + place.p;
         }
 #endif
@@ -95,6 +107,13 @@ fn surface_at(ray: Ray, hit: Hit) -> Surface {
         if (length_squared > 0.0) {
             s.ns = ns * inverseSqrt(length_squared);
             s.ns = select(-s.ns, s.ns, dot(s.ns, s.n) > 0.0);
+#if DISPERSION
+            let e1 = r1.xyz - r0.xyz;
+            let e2 = r2.xyz - r0.xyz;
+            let e3 = e2 - e1;
+            let turn = dot(n1 - n0, e1) + dot(n2 - n0, e2) + dot(n2 - n1, e3);
+            s.curvature = turn / (dot(e1, e1) + dot(e2, e2) + dot(e3, e3)) * inverseSqrt(length_squared) * select(-1.0, 1.0, dot(ns, s.n) > 0.0);
+#endif
         }
     }
 #endif

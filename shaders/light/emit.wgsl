@@ -63,7 +63,6 @@ fn emit() -> Ray {
     inside = volumes_of(light.inside, light.inside_more);
 #endif
     start_path(ray);
-    path.connection_scale = 1.0;
 #if BSDF_SAMPLING
     path.camera_path_density = begun.hittable;
 #endif

@@ -28,6 +28,7 @@ const POINT_STRIDE = POINT_HEAD + 2u * WAVELENGTHS4;
 const POINT_STRIDE = POINT_HEAD + WAVELENGTHS4;
 #endif
 const FOG_POINT = 0x80000000u; // of VisiblePoint.about
+const MOST_DEPTH_OF_POINT = 0x1fffu;
 
 // Cells are as wide as the largest kernel, so that a kernel reaches into no more than eight.
 fn cell_of(p: vec3f) -> vec3i {
@@ -58,7 +59,9 @@ fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function
     let first = rest_of_point(point_slot);
     let next = atomicExchange(&heads[cell_head(cell_of(p), pass_of_path)], point_slot + 1u);
     store_PointLink_at(point_slot, PointLink(p.x, p.y, p.z, next));
-    let about = select(0u, FOG_POINT, in_medium) | min(path.depth, 0x7fffu) << 16u | min(path.wavelength, 255u) << 8u | pass_of_path;
+    let carried = carried_wavelengths();
+    let about = select(0u, FOG_POINT, in_medium) | min(path.depth, MOST_DEPTH_OF_POINT) << 18u | carried.y << 13u | carried.x << 8u
+        | pass_of_path;
     var medium_or_coat = 0u;
 #if COAT
     medium_or_coat = (*b).coat + 1u;
@@ -96,6 +99,7 @@ fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function
 // that a surface is lit from.
 fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
     let pass_index = pass_of_path;
+    let own = carried_wavelengths();
     let in_fog = v.extinction > 0.0;
     // The lower of the two cells along each axis that the largest kernel can reach into.
     let reach = merge_radius(params.merge_reach);
@@ -130,14 +134,15 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         let normal = point.normal.xyz;
         let radius = point.normal.w;
         let about = point.about;
-        let wavelength = (about >> 8u) & 0xffu;
+        // What both carry.
+        let carried = vec2u(max(own.x, (about >> 8u) & 0x1fu), min(own.y, (about >> 13u) & 0x1fu));
         // Another cell of the same head may hold the point, and have it looked at a second time.
         if (dot(to_point, to_point) > radius * radius || (about & 0xffu) != pass_index || any(cell_of(place) != cell)
-            || (wavelength != 255u && path.wavelength != NONE && wavelength != path.wavelength) || (about >= FOG_POINT) != in_fog) {
+            || carried.x > carried.y || (about >= FOG_POINT) != in_fog) {
             continue;
         }
         // Together no longer than a path may be.
-        if (number + ((about >> 16u) & 0x7fffu) > params.max_depth + 1u) {
+        if (number + ((about >> 18u) & MOST_DEPTH_OF_POINT) > params.max_depth + 1u) {
             continue;
         }
         var camera = v;
@@ -181,7 +186,7 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
 #else
         let pixel = point.pixel;
         splat_pixel = vec2u(pixel % params.image_width, pixel / params.image_width);
-        splat(select(wavelength, path.wavelength, wavelength == 255u));
+        splat(carried);
 #endif
     }
 }

@@ -173,7 +173,7 @@ fn mis_weight_connection(sensor: LightSample, v: Vertex) -> f32 {
         others += path.emission * path.merges * merge_measure(merging, merge_radius(path.length + sensor.distance));
     }
 #endif
-    return path.connection_scale * sensor.weight / (1.0 + safe_ratio(others, joined));
+    return sensor.weight / (1.0 + safe_ratio(others, joined));
 }
 #endif
 #endif

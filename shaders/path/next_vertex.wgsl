@@ -33,9 +33,6 @@
 #include "sensor/connect.wgsl"
 #endif
 
-#if LIGHT_PATHS
-#endif
-
 #if INTERIORS || BOUNDARY
 // The same direction from beyond a surface that is not there. No event: depth, pdf and last vertex stay.
 fn pass_through(ray: Ray, s: Surface) -> Ray {
@@ -225,7 +222,7 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool, b: p
 }
 #endif
 
-#if MERGES_AT_SURFACES
+#if MERGES_AT_SURFACES || DISPERSION
 // Whether a path that meets the material `index` may, by chance or by what touches it there, meet a diffuse surface.
 fn may_scatter_diffusely(index: u32, hit: Hit) -> bool {
     let kind = load_Material(index).kind;
@@ -318,12 +315,32 @@ fn meet_surface(ray: Ray, hit: Hit, at: ptr<function, Interaction>) -> Met {
     if (hit.primitive == NONE) {
 #if CAMERA_PATHS
 #if LIGHT_ENVIRONMENT
+#if DISPERSION
+        keep_near_hero_far_away(ray.d);
+#endif
         add_environment(ray.d);
 #endif
 #endif
         return Met(false, end_path(ray));
     }
     var s = surface_at(ray, hit);
+    var seen = hit.primitive;
+    var index = material_of(seen);
+    var b: Bsdf;
+#if NORMAL_MAPS
+    index = unmap_normals(index, &s);
+#endif
+#if DISPERSION
+    var is_diffuse = s.light != NONE || may_scatter_diffusely(index, hit);
+#if CONTACT
+    if (hit.contact != NONE) {
+        is_diffuse |= bitcast<u32>(primitive_at(hit.contact).r1.w) != NONE;
+    }
+#endif
+    if (is_diffuse || !is_specular(load_Material(index))) {
+        keep_near_hero(ray.d, s.p, s.n, is_diffuse);
+    }
+#endif
 #if CAMERA_PATHS
 #if LIGHT_AREA
     if (s.light != NONE) {
@@ -338,12 +355,6 @@ fn meet_surface(ray: Ray, hit: Hit, at: ptr<function, Interaction>) -> Met {
     }
 #endif
 #endif
-#endif
-    var seen = hit.primitive;
-    var index = material_of(seen);
-    var b: Bsdf;
-#if NORMAL_MAPS
-    index = unmap_normals(index, &s);
 #endif
 #if MERGES_AT_SURFACES
     if (may_scatter_diffusely(index, hit)) {
@@ -434,6 +445,9 @@ fn next_vertex(ray: Ray, hit: Hit) -> Ray {
     scatters_before = t >= 0.0;
     if (scatters_before) {
         at = in_medium(ray, t, load_Interior(medium));
+#if DISPERSION
+        keep_near_hero(ray.d, at.s.p, ray.d, true);
+#endif
 #if LIGHT_PATHS
 #if MERGING
         merge_in_medium(ray, &at);
@@ -548,7 +562,7 @@ fn next_event(from_vertex: Ray) -> Ray {
 #if SENSOR_LENS
         splat_landed();
 #else
-        splat(path.wavelength);
+        splat(carried_wavelengths());
 #endif
 #else
         for (var k = 0u; k < WAVELENGTHS4; k++) {

@@ -22,8 +22,8 @@
 #if MERGING
 #include "path/merge.wgsl"
 #endif
-
-#if CONNECT
+#if DISPERSION
+#include "path/hero.wgsl"
 #endif
 
 // Where a path scatters, and what scatters it.
@@ -237,6 +237,14 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
 #endif
     let wo = -d * frame;
     let specular = is_specular(b.m);
+#if DISPERSION
+#if CONTACT
+    // What touches glass is known only now.
+    if (!specular) {
+        keep_near_hero(ray.d, s.p, (*at).n, is_merging(b.m.kind));
+    }
+#endif
+#endif
     var f: Spectrum;
 #if CAMERA_PATHS
 #if MERGING
@@ -341,6 +349,21 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
 #endif
 #endif
     var pdf = -1.0;
+#if DISPERSION
+    if (sampled.is_specular) {
+        let refracts = b.m.kind == MATERIAL_KIND_SMOOTH_DIELECTRIC && sampled.wi.z < 0.0;
+        let straight = sampled.wi.z < 0.0 && !refracts;
+        var bend = Bend(d, out, (*at).ns, s.curvature * sign(dot(s.n, (*at).n)), !refracts && !straight, straight, 1.0);
+        var of_eta = 0.0;
+        if (refracts) {
+            bend.eta = 1.0 / relative_index(&b, select(path.hero, 0u, path.hero == NONE));
+            of_eta = change_of_ratio(b.near_row, b.far_row);
+        }
+        bend_differentials(s, bend, of_eta);
+    } else {
+        scatter_differentials(out);
+    }
+#endif
     if (!sampled.is_specular) {
         let weight = 1.0 / densities.pdf;
         for (var k = 0u; k < WAVELENGTHS4; k++) {

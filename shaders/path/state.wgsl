@@ -27,13 +27,11 @@ fn scale_beta(factor: f32) {
 }
 
 #if WAVELENGTH_CHOICE
-var<private> wavelength_shares: array<vec4f, WAVELENGTHS4>; // probabilities, but for a common factor
-
-// A wavelength with probability wavelength_shares / their sum.
-fn choose_wavelength(u: f32) -> u32 {
+// A wavelength with probability shares / their sum.
+fn choose_wavelength(shares: ptr<private, array<vec4f, WAVELENGTHS4>>, u: f32) -> u32 {
     var total = vec4f(0.0);
     for (var k = 0u; k < WAVELENGTHS4; k++) {
-        total += wavelength_shares[k];
+        total += (*shares)[k];
     }
     let target_sum = u * sum4(total);
     var wavelength = 0u;
@@ -41,7 +39,7 @@ fn choose_wavelength(u: f32) -> u32 {
     var s = 0.0;
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         for (var c = 0u; c < 4u; c++) {
-            let share = wavelength_shares[k][c];
+            let share = (*shares)[k][c];
             // The last wavelength of a share that is not zero catches what rounding leaves over.
             last = select(last, 4u * k + c, share > 0.0);
             s += share;
@@ -53,8 +51,7 @@ fn choose_wavelength(u: f32) -> u32 {
 
 // A wavelength with probability beta / sum(beta): the one-sample mixture over wavelengths; callers divide by the mixture's pdf.
 fn sample_wavelength(u: f32) -> u32 {
-    wavelength_shares = beta;
-    return choose_wavelength(u);
+    return choose_wavelength(&beta, u);
 }
 #endif
 
@@ -78,7 +75,17 @@ struct Path {
     pdf: f32, // of the present direction per solid angle; negative if no light sample could have made it
     last_vertex: vec3f, // where that direction was chosen
     crossings: u32, // surfaces passed straight through; bounds the loop
-    wavelength: u32, // the one wavelength left after a dispersive refraction, or NONE
+#if DISPERSION
+    kept: u32, // wavelengths that the path carries, a bit for each
+    hero: u32, // the wavelength that it goes by since a dispersive refraction, or NONE
+    hero_near: u32, // rows of the indices there
+    hero_far: u32,
+    hero_weight: f32, // 1 / probability of having it
+#if LIGHT_PATHS
+    chain: f32, // way since the last vertex that was not specular
+    spread: f32, // angle that light spreads by from there
+#endif
+#endif
     start: f32, // mean throughput behind the first vertex that is not specular; before that the one at the start, times -1
 #if START_VOLUMES
     is_starting: bool, // the ray at hand leads up from the start, to find the volumes there
@@ -89,7 +96,6 @@ struct Path {
     light_path_density: f32, // density of light paths for this one, over that of emission (path/mis.wgsl)
     view: u32, // VIEW_*: what lies between the sensor and the path's end
 #else
-    connection_scale: f32, // what the throughput is worth at connections to the sensor, over what it is worth at visible points
     emission: f32, // number of light paths times the density of emission
     camera_path_density: f32, // density of camera paths that hit or sample the light
     merges: f32, // cosine over pdf for a camera path at the last vertex at which this one could be merged, or 0
@@ -106,6 +112,33 @@ const VIEW_BENT = 1u; // metal or glass only
 const VIEW_SCATTERED = 2u;
 
 var<private> path: Path;
+
+#if DISPERSION
+const ALL_WAVELENGTHS = 0xffffffffu >> (32u - WAVELENGTHS);
+
+// Of a ray's origin, in the plane of the surface there, and of its direction.
+struct Differential {
+    p: vec3f,
+    d: vec3f,
+}
+
+var<private> by_index: Differential; // per unit of the index that wavelengths parted by
+#if CAMERA_PATHS
+var<private> by_pixel_x: Differential; // per width of a pixel's kernel
+var<private> by_pixel_y: Differential;
+#else
+var<private> hero_shares: array<vec4f, WAVELENGTHS4>; // by which the path chooses its hero
+#endif
+#endif
+
+// First and last of the wavelengths that the path carries.
+fn carried_wavelengths() -> vec2u {
+#if DISPERSION
+    return vec2u(firstTrailingBit(path.kept), firstLeadingBit(path.kept));
+#else
+    return vec2u(0u, WAVELENGTHS - 1u);
+#endif
+}
 
 #if CONNECT
 var<private> next_ray: Ray; // the path's next segment, while its shadow ray is under way
@@ -126,7 +159,11 @@ fn start_path(ray: Ray) {
     path = Path();
     path.pdf = -1.0;
     path.last_vertex = ray.o;
-    path.wavelength = NONE;
+#if DISPERSION
+    path.kept = ALL_WAVELENGTHS;
+    path.hero = NONE;
+    begin_differentials(ray.d);
+#endif
     path.start = -sum_beta() / f32(WAVELENGTHS);
 }
 

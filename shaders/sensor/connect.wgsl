@@ -25,9 +25,9 @@
 
 var<private> splat_pixel: vec2u;
 
-// Adds `Ld` to the pixel at hand, `wavelength` of it or all if that is NONE. Software drivers execute whatever is within a loop, needed or not, so that there is
+// Adds `Ld` to the pixel at hand, of the first to the last wavelength of `carried`. Software drivers execute whatever is within a loop, needed or not, so that there is
 // one addition to a bin, in a loop of its own.
-fn splat(wavelength: u32) {
+fn splat(carried: vec2u) {
     let at = splat_pixel - vec2u(params.tile_x, params.tile_y);
     if (at.x >= params.tile_width || at.y >= params.tile_height) {
         return;
@@ -49,8 +49,8 @@ fn splat(wavelength: u32) {
     let base = (at.y * params.tile_width + at.x) * (BINS + 3u);
     let u = unit_float(hash2(hash2(sampler_pixel, sampler_dimension), sampler_index));
     // The bins, and X, Y, Z after them.
-    let first = select(0u, wavelength, wavelength != NONE);
-    let end = select(WAVELENGTHS, wavelength + 1u, wavelength != NONE) + 3u;
+    let first = carried.x;
+    let end = carried.y + 4u;
     for (var i = first; i < end; i++) {
         let of_xyz = i + 3u - end;
         let is_bin = i + 3u < end;
@@ -192,10 +192,20 @@ fn record_crossing(ray: Ray, t_max: f32) {
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         Ld[k] = share * per_pixel * beta[k];
     }
+    var carried = carried_wavelengths();
+#if DISPERSION
+    if (path.hero != NONE) {
+        // The path goes on beyond the sensor: what it keeps is still open.
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
+            Ld[k] *= path.hero_weight * one_hot(path.hero, k);
+        }
+        carried = vec2u(path.hero);
+    }
+#endif
 #if MEDIA
     attenuate_Ld(ruling_interior(inside), t);
 #endif
     splat_pixel = vec2u(at * size);
-    splat(path.wavelength);
+    splat(carried);
 }
 #endif

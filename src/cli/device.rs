@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::aov::{Albedo, AovBuffers};
 use crate::gpu::Gpu;
-use crate::integrator::{Feature, GpuIntegrator, Techniques};
+use crate::integrator::{GpuIntegrator, Techniques};
 use crate::reference::ReferenceIntegrator;
 use crate::render::{Batch, Integrator, Renderer};
 use crate::scene::{Estimator, Scene};
@@ -59,7 +59,7 @@ pub struct Device {
     pub name: String,
     /// It has no processor of its own.
     pub on_cpu: bool,
-    /// It merges light paths at visible points.
+    /// What it finds is blurred within a pixel ([`abbe::integrator::Plan::is_blurred`]).
     pub merging: bool,
     /// What the next render can run on, with the kernels that are compiled.
     pub gpu: Option<Arc<Gpu>>,
@@ -77,6 +77,7 @@ pub enum Technique {
     Merging,
     Guiding,
     AdaptiveSampling,
+    WavelengthSharing,
 }
 
 /// How paths are found; for render, bench and check.
@@ -140,6 +141,7 @@ impl From<&TechniqueArgs> for Techniques {
             merging: has(Technique::Merging),
             guiding: has(Technique::Guiding),
             adaptive_sampling: has(Technique::AdaptiveSampling),
+            wavelength_sharing: has(Technique::WavelengthSharing),
         }
     }
 }
@@ -235,7 +237,7 @@ pub fn open_with(
     }
     let adapter = integrator.adapter();
     let (name, on_cpu) = (adapter.to_string(), adapter.is_cpu());
-    let merging = integrator.plan().has(Feature::Merging);
+    let merging = integrator.plan().is_blurred();
     let gpu = Some(integrator.gpu());
     Ok(Device { integrator: Box::new(integrator), name, on_cpu, merging, gpu })
 }

@@ -134,8 +134,8 @@ shared_constants! {
     ROW_Y = 2;
     /// ... and Z; ...
     ROW_Z = 3;
-    /// ... the probability of each wavelength sample to be the one that camera paths keep.
-    ROW_COLLAPSE = 4;
+    /// ... the probability of each wavelength sample to be the hero of camera paths.
+    ROW_HERO = 4;
     /// Quanta of X, Y, Z are this much larger than those of bins, as their values are.
     XYZ_RATIO = 13660;
 }
@@ -259,18 +259,18 @@ shared_records! {
 
     /// What stands before the rows of a pass in `spectra`.
     struct PassHead {
-        /// Wavelength samples that camera paths may keep at a dispersive refraction.
-        collapse: UVec4,
+        /// Wavelength samples that camera paths choose their hero among.
+        heroes: UVec4,
         /// 1 / (4 probability) of each.
-        collapse_weights: Vec4,
+        hero_weights: Vec4,
         /// Radius of merging, m, for a camera path of no length ...
         merge_radius: f32,
         /// ... and what is added to it per metre of the path.
         merge_radius_per_metre: f32,
-        /// Unused.
-        pad_0: u32,
-        /// Unused.
-        pad_1: u32,
+        /// Wavelengths may share a way if their own would end within this part of the radius.
+        blur: f32,
+        /// Angle that light spreads by where it scatters, as far as wavelengths that share a way are concerned, radians.
+        spread: f32,
     }
 
     /// Some samples of a block of 8 x 8 pixels, in passes in a row.
@@ -323,7 +323,7 @@ shared_records! {
         normal: Vec4,
         /// Number of the pixel.
         pixel: u32,
-        /// Bits 0-7: pass; 8-15: the one wavelength sample of its path, else 255; 16-30: depth of the path; 31: in fog.
+        /// Bits 0-7: pass; 8-12 and 13-17: first and last wavelength sample of its path; 18-30: depth of the path; 31: in fog.
         about: u32,
         /// In fog the asymmetry of its phase function (as a float); on a surface the coat there plus one.
         medium_or_coat: u32,

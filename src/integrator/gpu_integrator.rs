@@ -7,11 +7,12 @@ use super::dispatch::{FIRST_GROUPS, Job, Pass, least_groups};
 use super::guide::Guide;
 use super::landing::Landing;
 use super::learned::Learned;
-use super::merge::Merge;
+use super::merge::{BLUR, Merge, Radius, SPREAD, shrinkage};
 use super::params::View;
 use super::sample_counts::{ROUND, SampleCounts, Window, splitmix};
 use super::tile_sums::TileSums;
 use super::tiles::{even_rates, tiles};
+use super::wavelengths::HEROES;
 use super::{Feature, Plan, Wavelengths, aov};
 use crate::color::cie::K_M;
 use crate::error::{Error, Result};
@@ -73,8 +74,7 @@ pub struct GpuIntegrator {
     /// Those of the tile before.
     landing: Landing,
     merge: Option<Merge>,
-    /// Different wavelengths that camera paths of a pass may keep. Where they are merged one for all, so that all photons meet points of their wavelength.
-    pub(super) collapse_wavelengths: u32,
+    radius: Radius,
     /// Most passes of one dispatch.
     passes: u32,
     /// Bounds of `most_samples`: however long paths are, and at all.
@@ -127,7 +127,7 @@ impl GpuIntegrator {
     }
 
     /// Pass `pass` (of all batches) as a point in the unit square, by radical inverses of base 2 and 3 (Halton 1960), shifted by the seed (Cranley &
-    /// Patterson 1976): offset of its wavelengths, and place of the wavelengths that camera paths may keep. One sequence for all batches, since it takes
+    /// Patterson 1976): offset of its wavelengths, and place of the heroes of camera paths. One sequence for all batches, since it takes
     /// tens of passes until every wavelength had its turn; what batches differ by overstates the error for it.
     fn offsets(&self, pass: u64) -> (f64, f64) {
         let shift = |dimension: u64| {
@@ -146,10 +146,7 @@ impl GpuIntegrator {
         let (point, is_mirrored) = self.wavelengths.point(pass);
         let offset = (inverse(2, point) + shift(0)).fract();
         // Samples in a row go through the wavelengths of one place.
-        (
-            if is_mirrored { 1.0 - offset } else { offset },
-            (inverse(3, pass / u64::from(self.collapse_wavelengths)) + shift(1)).fract(),
-        )
+        (if is_mirrored { 1.0 - offset } else { offset }, (inverse(3, pass / HEROES as u64) + shift(1)).fract())
     }
 
     /// Spectra of `count` passes from `first` as the shaders read them, and the bin of each wavelength.
@@ -157,22 +154,23 @@ impl GpuIntegrator {
         let wavelengths = self.plan.wavelengths as usize;
         let cmf = observer(Observer::Cie1931);
         let of_pass = |number: u64| {
-            let (offset, collapse) = self.offsets(number);
+            let (offset, place) = self.offsets(number);
             let sampled = self.wavelengths.pass(offset);
             let wavelength_bins: Vec<u32> = sampled.iter().map(|(nm, _)| self.bins.index_of(*nm)).collect();
-            let kept = self.wavelengths.collapse_wavelengths(self.collapse_wavelengths, collapse);
-            let (radius, per_metre) = self.merge.as_ref().map_or((0.0, 0.0), |g| g.radius(number, self.view.params.image_height));
+            let heroes = self.wavelengths.heroes(place);
+            let (radius, per_metre) = self.radius.at(number, self.view.params.image_height);
             let head = PassHead {
-                collapse: UVec4::from_array(kept.map(|(wavelength, _)| wavelength)),
-                collapse_weights: Vec4::from_array(kept.map(|(_, weight)| weight as f32)),
+                heroes: UVec4::from_array(heroes.map(|(wavelength, _)| wavelength)),
+                hero_weights: Vec4::from_array(heroes.map(|(_, weight)| weight as f32)),
                 merge_radius: radius as f32,
                 merge_radius_per_metre: per_metre as f32,
-                ..Default::default()
+                blur: if self.plan.shares_ways() { BLUR } else { 0.0 },
+                spread: (SPREAD * shrinkage(number)) as f32,
             };
             let mut table: Vec<Vec4> = cast_slice(&[head]).to_vec();
             let of_film: Vec<[f64; 5]> = sampled
                 .iter()
-                .zip(self.wavelengths.collapse_probabilities())
+                .zip(self.wavelengths.hero_probabilities())
                 .map(|((nm, pdf), share)| {
                     let [x, y, z] = cmf.eval(*nm).map(|v| K_M * v / pdf);
                     [1.0 / (pdf * self.bins.width_nm()), x, y, z, share]

@@ -16,6 +16,11 @@ const PIXELS: f64 = 1.4;
 const SHARE: f64 = 0.01;
 /// The squared radius of merging falls with the pass as pass^-(1 - this): Knaus & Zwicker 2011, eq. 20.
 const ALPHA: f64 = 2.0 / 3.0;
+/// Wavelengths may share a way if their own would end within this part of the radius (shaders/path/hero.wgsl).
+pub(super) const BLUR: f32 = 0.5;
+/// Angle that light spreads by where it scatters, in the first pass, radians: what wavelengths that share a way from there are apart by is a part of it.
+pub(super) const SPREAD: f64 = 0.3;
+
 /// Where light paths are merged.
 #[derive(Debug)]
 pub(super) struct Merge {
@@ -25,12 +30,42 @@ pub(super) struct Merge {
     pub heads: Resource,
     /// Of `heads`, for each pass.
     pub cells: u32,
-    /// Radius, and radius per metre of the camera path, in the first pass of a picture of one row, m.
-    radius: (f64, f64),
-    /// And at most, m.
-    most: (f64, f64),
     /// Passes whose points fit.
     pub passes: u32,
+}
+
+/// How wide light paths are merged, in pixels: what wavelengths that share a way are apart by is a part of it.
+#[derive(Debug)]
+pub(super) struct Radius {
+    /// Radius, and radius per metre of the camera path, in the first pass of a picture of one row, m.
+    of_row: (f64, f64),
+    /// And at most, m.
+    most: (f64, f64),
+}
+
+impl Radius {
+    /// For paths of a scene up to this length.
+    pub fn new(scene: &Scene, reach: f32) -> Self {
+        // A picture of few pixels must not blur what is smaller than they are.
+        let most = SHARE * 2.0 * bounds_of_all(&scene.shapes).ball().1;
+        let of_row = match scene.sensor {
+            Sensor::Perspective { tan_half_vfov, .. } => (0.0, PIXELS * 2.0 * tan_half_vfov),
+            Sensor::Orthographic { height, .. } => (PIXELS * height, 0.0),
+            Sensor::IrradiancePlane { .. } | Sensor::IrradianceSphere { .. } => (0.0, 0.0),
+        };
+        Self { of_row, most: (most, most / f64::from(reach)) }
+    }
+
+    /// Radius, m, and radius per metre of the camera path, in this pass of all over a picture of so many rows.
+    pub fn at(&self, pass: u64, rows: u32) -> (f64, f64) {
+        let radius = |of_row: f64, most: f64| (of_row / f64::from(rows)).min(most) * shrinkage(pass);
+        (radius(self.of_row.0, self.most.0), radius(self.of_row.1, self.most.1))
+    }
+}
+
+/// The radius of merging in this pass of all, over that in the first one.
+pub(super) fn shrinkage(pass: u64) -> f64 {
+    (pass as f64 + 1.0).powf(0.5 * (ALPHA - 1.0))
 }
 
 impl Merge {
@@ -38,7 +73,7 @@ impl Merge {
     ///
     /// # Errors
     /// [`crate::error::Error::Device`] if the adapter cannot hold them.
-    pub fn new(gpu: &Gpu, plan: &Plan, scene: &Scene, reach: f32, blocks: u32, passes: u32) -> Result<Self> {
+    pub fn new(gpu: &Gpu, plan: &Plan, blocks: u32, passes: u32) -> Result<Self> {
         let point_bytes = point_bytes(plan);
         let pixels = 64 * u64::from(blocks);
         // Where blocks differ in their samples, some passes have a few more than others.
@@ -46,21 +81,7 @@ impl Merge {
         let points = gpu.empty_table("visible points", slots * point_bytes / 16)?;
         let cells = (2 * pixels).next_power_of_two().clamp(1 << 10, ((1 << 22) / u64::from(passes)).next_power_of_two()) as u32;
         let heads = gpu.empty_storage("cells of visible points", u64::from(cells) * u64::from(passes) * 4)?;
-        // A picture of few pixels must not blur what is smaller than they are.
-        let most = SHARE * 2.0 * bounds_of_all(&scene.shapes).ball().1;
-        let radius = match scene.sensor {
-            Sensor::Perspective { tan_half_vfov, .. } => (0.0, PIXELS * 2.0 * tan_half_vfov),
-            Sensor::Orthographic { height, .. } => (PIXELS * height, 0.0),
-            Sensor::IrradiancePlane { .. } | Sensor::IrradianceSphere { .. } => (0.0, 0.0),
-        };
-        Ok(Self { points, slots: slots as u32, heads, cells, radius, most: (most, most / f64::from(reach)), passes })
-    }
-
-    /// Radius, m, and radius per metre of the camera path, in this pass of all over a picture of so many rows.
-    pub fn radius(&self, pass: u64, rows: u32) -> (f64, f64) {
-        let shrink = (pass as f64 + 1.0).powf(0.5 * (ALPHA - 1.0));
-        let radius = |one_row: f64, most: f64| (one_row / f64::from(rows)).min(most) * shrink;
-        (radius(self.radius.0, self.most.0), radius(self.radius.1, self.most.1))
+        Ok(Self { points, slots: slots as u32, heads, cells, passes })
     }
 }
 

@@ -19,6 +19,8 @@ pub struct Techniques {
     pub guiding: bool,
     /// Camera paths are sent to where errors are large.
     pub adaptive_sampling: bool,
+    /// Wavelengths that part in glass share a way where their own end within a part of a pixel of each other.
+    pub wavelength_sharing: bool,
 }
 
 impl Default for Techniques {
@@ -30,6 +32,7 @@ impl Default for Techniques {
             merging: true,
             guiding: true,
             adaptive_sampling: true,
+            wavelength_sharing: true,
         }
     }
 }
@@ -110,6 +113,17 @@ impl Plan {
     /// scatters the wavelengths of a sample over blocks.
     pub fn is_adaptive(&self) -> bool {
         self.techniques.adaptive_sampling && !self.has(Feature::ManyBins) && !self.has(Feature::SensorLens)
+    }
+
+    /// Whether wavelengths that part in glass share a way where it comes to nearly the same (shaders/path/hero.wgsl).
+    pub fn shares_ways(&self) -> bool {
+        self.techniques.wavelength_sharing && self.has(Feature::Dispersion)
+    }
+
+    /// Whether what is found is blurred within a pixel, the less the longer a render takes ([`super::mean_squared_radius`]): where light paths are merged, or
+    /// wavelengths share a way.
+    pub fn is_blurred(&self) -> bool {
+        self.has(Feature::Merging) || self.shares_ways()
     }
 
     /// Bytes of a sum over camera paths: a float, or quanta where a lens brings a path to several pixels.
@@ -202,6 +216,9 @@ impl fmt::Display for Plan {
             ];
             let ways: Vec<_> = ways.iter().filter(|(feature, _)| self.has(*feature)).map(|(_, text)| *text).collect();
             writeln!(f, "  caustics: light paths, {}", ways.join(" and "))?;
+        }
+        if self.shares_ways() {
+            writeln!(f, "  dispersion: wavelengths share a way where they end within a part of a pixel")?;
         }
         if let Some(part) = &self.part {
             writeln!(f, "  part: {part}")?;

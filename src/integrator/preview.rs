@@ -41,12 +41,11 @@ impl GpuIntegrator {
     /// As [`crate::render::Integrator::render_batch`].
     pub fn preview(&mut self, scene: &Scene, preview: Preview, guide: &mut Vec<u8>) -> Result<Film> {
         let (view, fitting, own) = (self.view, self.learned.fitting, self.guide()?);
-        let collapse_wavelengths = self.collapse_wavelengths;
         let light = if preview.has_light_paths { None } else { self.light.take() };
         let faults = self.gpu.faults.clone();
         let looked = faults.guard(|| self.look(scene, preview, guide));
         self.light = light.or(self.light.take());
-        (self.view, self.learned.fitting, self.collapse_wavelengths) = (view, fitting, collapse_wavelengths);
+        (self.view, self.learned.fitting) = (view, fitting);
         self.set_guide(&own)?;
         looked
     }
@@ -66,8 +65,6 @@ impl GpuIntegrator {
             self.set_guide(guide)?;
         }
         self.view = View { params: Params { light_paths, ..coarse.params }, ..coarse };
-        // Of one wavelength alone glass would have its colour. Fewer photons meet points of theirs, but no less is expected of them.
-        self.collapse_wavelengths = 4;
         let film = self.passes_of_preview(scene, preview)?;
         if preview.has_light_paths {
             *guide = self.guide()?;

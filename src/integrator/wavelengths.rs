@@ -8,12 +8,19 @@ use crate::scene::{Bins, Light, Scene, WavelengthSampling};
 use crate::spectrum::Spectrum;
 use crate::spectrum::library::{Observer, observer};
 
+/// Wavelengths that camera paths of a pass choose their hero among.
+pub const HEROES: usize = 4;
+/// The first and the last wavelength share no way (shaders/path/hero.wgsl): this many times as often as another are they the hero for the bins' sake.
+const AT_ENDS: f64 = 6.0;
+/// Heroes for the picture's sake, over those for the bins'.
+const BY_LUMINANCE: f64 = 0.5;
+
 /// Strata with a density each.
 #[derive(Debug, Clone)]
 pub struct Wavelengths {
     strata: Vec<Stratum>,
-    /// Probability up to each wavelength of keeping it where wavelengths part: the mean of uniform, of emission's, and of its luminance's.
-    collapse_cdf: Vec<f64>,
+    /// Probability up to each wavelength of being the hero of a camera path.
+    hero_cdf: Vec<f64>,
     sampling: WavelengthSampling,
     /// Offsets of rounds of passes come in mirrored pairs.
     mirrored: bool,
@@ -102,40 +109,41 @@ impl Wavelengths {
         let power = |i: u32| emission.iter().map(|(w, s)| w * s.integral(edge(i), edge(i + 1))).sum::<f64>();
         let cmf = observer(Observer::Cie1931);
         let luminance = |i: u32| power(i) * cmf.eval(0.5 * (edge(i) + edge(i + 1)))[1];
-        // Bins want wavelengths alike, the picture those that it is bright by. None of the latter outside the visible range.
-        let wanted: Vec<Vec<f64>> = [&|_| 1.0, &power as &dyn Fn(u32) -> f64, &luminance]
+        // Bins want wavelengths alike, but for the two at the ends, which share no way; the picture wants those that it is bright by.
+        let even = |i: u32| if i == 0 || i + 1 == count { AT_ENDS } else { 1.0 };
+        let wanted: Vec<(f64, Vec<f64>)> = [(1.0, &even as &dyn Fn(u32) -> f64), (1.0, &power), (BY_LUMINANCE, &luminance)]
             .iter()
-            .filter_map(|weight| {
+            .filter_map(|(share, weight)| {
                 let weights: Vec<f64> = (0..count).map(weight).collect();
                 let total: f64 = weights.iter().sum();
-                (total > 0.0).then(|| weights.iter().map(|w| w / total).collect())
+                // No luminance outside the visible range.
+                (total > 0.0).then(|| (*share, weights.iter().map(|w| w / total).collect()))
             })
             .collect();
-        let mut collapse_cdf = vec![0.0];
+        let all: f64 = wanted.iter().map(|(share, _)| share).sum();
+        let mut hero_cdf = vec![0.0];
         for i in 0..count as usize {
-            collapse_cdf.push(collapse_cdf[i] + wanted.iter().map(|shares| shares[i]).sum::<f64>() / wanted.len() as f64);
+            hero_cdf.push(hero_cdf[i] + wanted.iter().map(|(share, weights)| share / all * weights[i]).sum::<f64>());
         }
-        Self { strata, collapse_cdf, sampling: scene.film.sampling, mirrored }
+        Self { strata, hero_cdf, sampling: scene.film.sampling, mirrored }
     }
 
-    /// Four wavelengths (`count` different ones: 1, 2 or 4) that camera paths of a pass choose among where wavelengths part, spread evenly over their
-    /// probabilities from `u` in [0, 1), and 1 / (4 probability) of each. In the mean over `u` the weights of every wavelength sum up to 1.
-    pub fn collapse_wavelengths(&self, count: u32, u: f64) -> [(u32, f64); 4] {
+    /// The wavelengths that camera paths of a pass choose their hero among, spread evenly over their probabilities from `u` in [0, 1), and
+    /// 1 / (`HEROES` times the probability) of each. In the mean over `u` the weights of every wavelength sum up to 1.
+    pub fn heroes(&self, u: f64) -> [(u32, f64); HEROES] {
         let last = self.strata.len() - 1;
+        let total = self.hero_cdf[last + 1];
         std::array::from_fn(|i| {
-            let at = (f64::from(i as u32 * count / 4) + u) / f64::from(count) * self.collapse_cdf[last + 1];
-            let wavelength = (self.collapse_cdf.partition_point(|&c| c <= at) - 1).min(last);
-            (
-                wavelength as u32,
-                0.25 * self.collapse_cdf[last + 1] / (self.collapse_cdf[wavelength + 1] - self.collapse_cdf[wavelength]),
-            )
+            let at = (i as f64 + u) / HEROES as f64 * total;
+            let hero = (self.hero_cdf.partition_point(|&c| c <= at) - 1).min(last);
+            (hero as u32, total / (HEROES as f64 * (self.hero_cdf[hero + 1] - self.hero_cdf[hero])))
         })
     }
 
-    /// Probability of each wavelength to be the one of [`Wavelengths::collapse_wavelengths`] where that is one.
-    pub fn collapse_probabilities(&self) -> impl Iterator<Item = f64> {
-        let total = self.collapse_cdf[self.collapse_cdf.len() - 1];
-        self.collapse_cdf.windows(2).map(move |upto| (upto[1] - upto[0]) / total)
+    /// Probability of each wavelength to be the hero of a camera path.
+    pub fn hero_probabilities(&self) -> impl Iterator<Item = f64> {
+        let total = self.hero_cdf[self.hero_cdf.len() - 1];
+        self.hero_cdf.windows(2).map(move |upto| (upto[1] - upto[0]) / total)
     }
 
     /// Wavelengths a path carries for a film of `bins`: one per bin up to 32, for fewer than four a multiple of them.
@@ -190,21 +198,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn collapse_keeps_every_wavelength_in_the_mean() {
+    fn every_wavelength_is_the_hero_as_often_as_it_should_be() {
         let emission = [0.1, 0.4, 0.0, 0.2, 0.3];
-        let mut collapse_cdf = vec![0.0];
-        emission.iter().for_each(|e| collapse_cdf.push(collapse_cdf[collapse_cdf.len() - 1] + 0.1 + 0.5 * e));
+        let mut hero_cdf = vec![0.0];
+        emission.iter().for_each(|e| hero_cdf.push(hero_cdf[hero_cdf.len() - 1] + 0.1 + 0.5 * e));
         let strata = vec![Stratum::new(0.0, 1.0, &[]); 5];
-        let w = Wavelengths { strata, collapse_cdf, sampling: WavelengthSampling::Continuous, mirrored: false };
-        for count in [1, 2, 4] {
-            let (n, mut kept) = (10_000, [0.0; 5]);
-            for i in 0..n {
-                let wavelengths = w.collapse_wavelengths(count, (f64::from(i) + 0.5) / f64::from(n));
-                wavelengths.iter().for_each(|(wavelength, weight)| kept[*wavelength as usize] += weight);
-            }
-            for k in kept {
-                assert!((k / f64::from(n) - 1.0).abs() < 1e-3, "{kept:?}");
-            }
+        let w = Wavelengths { strata, hero_cdf, sampling: WavelengthSampling::Continuous, mirrored: false };
+        let (n, mut kept) = (10_000, [0.0; 5]);
+        for i in 0..n {
+            let heroes = w.heroes((f64::from(i) + 0.5) / f64::from(n));
+            heroes.iter().for_each(|(hero, weight)| kept[*hero as usize] += weight);
+        }
+        for k in kept {
+            assert!((k / f64::from(n) - 1.0).abs() < 1e-3, "{kept:?}");
         }
     }
 

@@ -56,7 +56,7 @@ pub struct Provenance {
     pub seed: u64,
     /// How paths were found, in words.
     pub techniques: String,
-    /// Light paths were merged at visible points, which is biased ([`crate::integrator::mean_squared_radius`]).
+    /// Light paths were merged at visible points, or wavelengths shared ways, which blurs the picture within a pixel ([`crate::integrator::mean_squared_radius`]).
     pub merging: bool,
     /// Seconds of rendering.
     pub seconds: f64,

@@ -3,7 +3,7 @@
 //! Means weigh by samples: with `n_j` samples of `N` in file `j`, a value is `sum n_j x_j / N` and its standard error
 //! `sqrt(sum (n_j e_j)^2) / N`, that of the mean over the image (`abbe.meanErrors`) likewise. Depth, normal and albedo, which one render has as well as
 //! several, are those of the least seed. Counts and times add up. `abbe.seed` lists the seeds, `abbe.samplesOfSeeds` the samples of each, and `abbe.merged`
-//! says what bias is left where light paths are merged: every seed begins with the widest radius.
+//! says what bias is left where light paths are merged or wavelengths share ways: every seed begins with the widest radius.
 //!
 //! Sums are made in the order of the seeds, so that the order of the files changes no bit. Files are read one after the other, block by block: memory is 8
 //! bytes for each pixel and channel, however many there are.
@@ -330,7 +330,7 @@ fn bias(seeds: &[(u64, u64)]) -> Option<String> {
     let mean = seeds.iter().map(|(_, n)| *n as f64 / total as f64 * mean_squared_radius(*n)).sum::<f64>();
     let ratio = mean / mean_squared_radius(total);
     Some(format!(
-        "every one of {} seeds begins with the widest radius of merging: caustics seen through glass or in mirrors have {ratio:.2} times the bias (blur) of one \
+        "every one of {} seeds begins with the widest radius of merging: caustics seen through glass or in mirrors, and what glass does to colours, have {ratio:.2} times the bias (blur) of one \
          render of {total} samples per pixel",
         seeds.len()
     ))

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::aov::{AovBuffers, albedos};
 use crate::gpu::Gpu;
-use crate::integrator::{Feature, GpuIntegrator, Plan, Preview, Techniques};
+use crate::integrator::{GpuIntegrator, Plan, Preview, Techniques};
 use crate::output::Provenance;
 use crate::render::{Ended, Halt, Integrator, Progress, Renderer, Rendering, Stop};
 use crate::scene::{Scene, Sensor};
@@ -330,7 +330,7 @@ impl Engine {
             self.guide.clear();
         }
         self.plan.clone_from(&needs);
-        self.merging = plan.has(Feature::Merging);
+        self.merging = plan.is_blurred();
         let is_new = self.plans.insert(needs);
         self.publish_status(if is_new { "compiling" } else { "preparing" });
         self.progress = None;

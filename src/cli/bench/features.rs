@@ -17,6 +17,7 @@ const CAMERA: Techniques = Techniques {
     merging: false,
     guiding: false,
     adaptive_sampling: false,
+    wavelength_sharing: true,
 };
 
 /// Measures all features.

@@ -39,7 +39,7 @@ impl SpectrumRow {
 
     /// Stands for wavelength samples that only fill up the last vector, which carry no light. 1 keeps ratios of indices finite; none of them is kept.
     pub fn padding(&self) -> f32 {
-        if *self == SpectrumRow::OfSample(layout::ROW_COLLAPSE) { 0.0 } else { 1.0 }
+        if *self == SpectrumRow::OfSample(layout::ROW_HERO) { 0.0 } else { 1.0 }
     }
 }
 
@@ -54,7 +54,7 @@ pub(super) struct Rows {
 impl Rows {
     pub(super) fn new() -> Self {
         let mut rows = Rows { all: Vec::new(), known: HashMap::new() };
-        for i in [layout::ROW_BIN, layout::ROW_X, layout::ROW_Y, layout::ROW_Z, layout::ROW_COLLAPSE] {
+        for i in [layout::ROW_BIN, layout::ROW_X, layout::ROW_Y, layout::ROW_Z, layout::ROW_HERO] {
             assert_eq!(rows.add(SpectrumRow::OfSample(i)), i);
         }
         rows

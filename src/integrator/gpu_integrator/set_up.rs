@@ -5,7 +5,7 @@ use super::super::dispatch::{FIRST_GROUPS, Pass};
 use super::super::guide::Guide;
 use super::super::landing::Landing;
 use super::super::learned::{Learned, MOST_HALVINGS};
-use super::super::merge::{self, Merge};
+use super::super::merge::{self, Merge, Radius};
 use super::super::params::{View, params};
 use super::super::probe::probed;
 use super::super::tiles::{blocks, tiles};
@@ -104,7 +104,7 @@ impl GpuIntegrator {
             // As many passes at a time as of the whole picture, so that sums are rounded alike.
             let whole = FilmSettings { crop: None, ..scene.film.clone() };
             let passes = merge::passes(&gpu, &plan, blocks.max(largest(whole.pixel_bounds())), passes);
-            Some(Merge::new(&gpu, &plan, scene, reach, blocks, passes)?)
+            Some(Merge::new(&gpu, &plan, blocks, passes)?)
         } else {
             None
         };
@@ -157,8 +157,8 @@ impl GpuIntegrator {
             film,
             splats,
             landing: Landing::default(),
-            collapse_wavelengths: if merge.is_some() { 1 } else { 4 },
             merge,
+            radius: Radius::new(scene, reach),
             passes,
             sample_bounds: (passes, MOST_SAMPLES),
             sample_places,

@@ -32,6 +32,7 @@ subsets! {
     glass_without_guiding, "cornell_spheres", 16, 1.6, guiding;
     glass_without_next_event_estimation, "cornell_spheres", 32, 1.6, next_event_estimation;
     glass_without_adaptive_sampling, "cornell_spheres", 32, 1.0, adaptive_sampling;
+    dispersed_glass_without_wavelength_sharing, "cornell_spheres_dispersed", 32, 1.0, wavelength_sharing;
     brushed_metal_without_light_paths, "brushed_metals", 40, 1.0, light_paths, merging;
     #[ignore = "long: in tools/soak"] brushed_metal_without_next_event_estimation, "brushed_metals", 24, 1.6, next_event_estimation;
     #[ignore = "long: in tools/soak"] sheen_without_light_paths, "sheens_over_all_kinds", 24, 1.0, light_paths, merging;

@@ -31,6 +31,7 @@ const UNLEARNED: Techniques = Techniques {
     merging: true,
     guiding: false,
     adaptive_sampling: false,
+    wavelength_sharing: true,
 };
 
 fn open(scene: &Scene, seed: u64, techniques: Techniques) -> GpuIntegrator {

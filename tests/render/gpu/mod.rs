@@ -21,3 +21,4 @@ mod sequence;
 mod starts;
 mod support;
 mod translation;
+mod wavelength_sharing;

@@ -382,10 +382,10 @@ fn there_is_no_term_or_buffer_for_what_a_scene_does_not_contain() {
     }
     // One of a kind leaves out its neighbours.
     let glass = with(ball(json!({"dielectric": {"ior": 1.5}})));
-    assert!(!glass.contains("collapse_wavelengths"), "dispersion of glass that has none");
+    assert!(!glass.contains("choose_hero"), "dispersion of glass that has none");
     assert!(!glass.contains("sample_rough_dielectric") && glass.contains("sample_smooth_dielectric"));
     assert!(!glass.contains("sample_free_flight") && !glass.contains("sample_hg"), "fog where there is none");
-    assert!(with(ball(json!({"dielectric": {"ior": "N-SF11"}}))).contains("collapse_wavelengths"));
+    assert!(with(ball(json!({"dielectric": {"ior": "N-SF11"}}))).contains("choose_hero"));
     assert!(!glass.contains("count_path") && !glass.contains("report_counts"), "counting that nobody asked for");
     let dark = names(&scene_of(json!({})));
     assert!(!dark.contains("lights") && !dark.contains("sample_light"), "lights where there are none");
