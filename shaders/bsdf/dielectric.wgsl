@@ -47,20 +47,28 @@ fn is_let_out(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32, k: u32) -> vec4<bo
     return (cos_transmitted_squared(cos_s, eta) <= vec4f(0.0)) & (cos_transmitted_squared(cos_g, eta) > vec4f(0.0));
 }
 
+#if DISPERSION
+// The same as a set.
+fn let_out_set(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32) -> u32 {
+    var let_out = 0u;
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        let_out |= as_set(is_let_out(b, cos_s, cos_g, k), k);
+    }
+    return let_out;
+}
+#endif
+
 #if LIGHT_PATHS
 // Such light the camera paths have to find: ends a light path that was reflected.
 fn leave_to_camera_paths(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32) {
+#if DISPERSION
+    part_from(let_out_set(b, cos_s, cos_g));
+#endif
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         beta[k] = select(beta[k], vec4f(0.0), is_let_out(b, cos_s, cos_g, k));
     }
 }
 #else
-#if DISPERSION
-fn hero_is_let_out(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32) -> bool {
-    return component(select(vec4f(0.0), vec4f(1.0), is_let_out(b, cos_s, cos_g, path.hero / 4u)), path.hero % 4u) > 0.0;
-}
-#endif
-
 // Whether the path goes by the geometric normal, since that lets it out. If its wavelengths do not agree, some of them go on.
 fn goes_by_geometry(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32, u: f32) -> bool {
     var let_out = 0.0;
@@ -71,7 +79,9 @@ fn goes_by_geometry(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32, u: f32) -> b
     let q = select(0.0, let_out / total, total > 0.0);
 #if DISPERSION
     if (path.hero != NONE) {
-        return hero_is_let_out(b, cos_s, cos_g);
+        let set_out = let_out_set(b, cos_s, cos_g);
+        part_from(set_out);
+        return ((set_out >> path.hero) & 1u) != 0u;
     }
 #endif
     let goes = u < q;
@@ -115,7 +125,7 @@ fn sample_smooth_dielectric(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, n: vec3f
     var reflectance = select(0.0, sum4(reflected) / total, total > 0.0);
 #if DISPERSION
     reflectance = select(sum4(of_hero), reflectance, path.hero == NONE);
-    part_at_total_reflection(totally);
+    part_from(totally);
 #endif
     var q = reflectance;
 #if HIGHLIGHTS

@@ -73,11 +73,11 @@ fn choose_hero(near_row: u32, far_row: u32) {
 #endif
 }
 
-// Where glass reflects some of the wavelengths kept totally, and others not, their ways differ, however near they are: the hero goes on alone.
-fn part_at_total_reflection(totally: u32) {
+// Where some of the wavelengths kept take another way, as those that glass reflects totally, they cannot share one, however near they are: the hero goes on alone.
+fn part_from(others: u32) {
     if (path.hero != NONE) {
-        let reflected = totally & path.kept;
-        path.kept = select(1u << path.hero, path.kept, reflected == 0u || reflected == path.kept);
+        let parted = others & path.kept;
+        path.kept = select(1u << path.hero, path.kept, parted == 0u || parted == path.kept);
     }
 }
 
