@@ -19,6 +19,10 @@ fn relative_index(b: ptr<function, Bsdf>, wavelength: u32) -> f32 {
     return spectrum_at((*b).far_row, wavelength) / spectrum_at((*b).near_row, wavelength);
 }
 
+fn relative_indices(b: ptr<function, Bsdf>, k: u32) -> vec4f {
+    return spectrum((*b).far_row, k) / spectrum((*b).near_row, k);
+}
+
 // Reflectance of a face of relative index `eta`.
 fn face_of_glass(m: Material, cos_i: f32, eta: vec4f) -> vec4f {
 #if ANTIREFLECTIVE
@@ -41,18 +45,17 @@ fn interface_reflectance(m: Material, cos_i: f32, near: vec4f, far: vec4f, k: u3
 }
 
 #if SHADING_NORMALS
-// For which wavelengths the shading normal (at cosine `cos_s` to the camera's side of a path) reflects totally what the geometric one (`cos_g`) would let out.
-fn is_let_out(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32, k: u32) -> vec4<bool> {
-    let eta = spectrum((*b).far_row, k) / spectrum((*b).near_row, k);
+// For which relative indices `eta` the shading normal (at cosine `cos_s` to the camera's side of a path) reflects totally what the geometric one (`cos_g`) would let out.
+fn is_let_out(cos_s: f32, cos_g: f32, eta: vec4f) -> vec4<bool> {
     return (cos_transmitted_squared(cos_s, eta) <= vec4f(0.0)) & (cos_transmitted_squared(cos_g, eta) > vec4f(0.0));
 }
 
 #if DISPERSION
 // The same as a set.
 fn let_out_set(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32) -> u32 {
-    var let_out = 0u;
+    var let_out = as_set_beyond(is_let_out(cos_s, cos_g, ratios_beyond((*b).far_row, (*b).near_row)));
     for (var k = 0u; k < WAVELENGTHS4; k++) {
-        let_out |= as_set(is_let_out(b, cos_s, cos_g, k), k);
+        let_out |= as_set(is_let_out(cos_s, cos_g, relative_indices(b, k)), k);
     }
     return let_out;
 }
@@ -65,7 +68,7 @@ fn leave_to_camera_paths(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32) {
     part_from(let_out_set(b, cos_s, cos_g));
 #endif
     for (var k = 0u; k < WAVELENGTHS4; k++) {
-        beta[k] = select(beta[k], vec4f(0.0), is_let_out(b, cos_s, cos_g, k));
+        beta[k] = select(beta[k], vec4f(0.0), is_let_out(cos_s, cos_g, relative_indices(b, k)));
     }
 }
 #else
@@ -73,21 +76,22 @@ fn leave_to_camera_paths(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32) {
 fn goes_by_geometry(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32, u: f32) -> bool {
     var let_out = 0.0;
     for (var k = 0u; k < WAVELENGTHS4; k++) {
-        let_out += sum4(select(vec4f(0.0), beta[k], is_let_out(b, cos_s, cos_g, k)));
+        let_out += sum4(select(vec4f(0.0), beta[k], is_let_out(cos_s, cos_g, relative_indices(b, k))));
     }
     let total = sum_beta();
     let q = select(0.0, let_out / total, total > 0.0);
 #if DISPERSION
-    if (path.hero != NONE) {
+    if (path.hero != NO_HERO) {
         let set_out = let_out_set(b, cos_s, cos_g);
+        let of_hero = (set_out & hero_as_set()) != 0u;
         part_from(set_out);
-        return ((set_out >> path.hero) & 1u) != 0u;
+        return of_hero;
     }
 #endif
     let goes = u < q;
 #if DISPERSION
     for (var k = 0u; k < WAVELENGTHS4; k++) {
-        let agrees = is_let_out(b, cos_s, cos_g, k) == vec4<bool>(goes);
+        let agrees = is_let_out(cos_s, cos_g, relative_indices(b, k)) == vec4<bool>(goes);
         beta[k] *= select(vec4f(0.0), vec4f(1.0 / select(1.0 - q, q, goes)), agrees);
     }
 #endif
@@ -108,8 +112,11 @@ fn sample_smooth_dielectric(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, n: vec3f
     var fresnel: Spectrum;
     var radiance: Spectrum; // of what refracts
     var reflected = vec4f(0.0);
+#if DISPERSION
     var of_hero = vec4f(0.0);
-    var totally = 0u;
+    let nearest = u32(clamp(path.hero, 0, i32(WAVELENGTHS) - 1)); // to a hero beyond the range
+    var totally = as_set_beyond(cos_transmitted_squared(cos_i, ratios_beyond(far_row, near_row)) <= vec4f(0.0));
+#endif
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         let near = spectrum(near_row, k);
         let far = spectrum(far_row, k);
@@ -117,14 +124,14 @@ fn sample_smooth_dielectric(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, n: vec3f
         radiance[k] = refracted_radiance(far / near);
         reflected += beta[k] * fresnel[k];
 #if DISPERSION
-        of_hero += fresnel[k] * one_hot(path.hero, k);
+        of_hero += fresnel[k] * one_hot(nearest, k);
         totally |= as_set(cos_transmitted_squared(cos_i, far / near) <= vec4f(0.0), k);
 #endif
     }
     let total = sum_beta();
     var reflectance = select(0.0, sum4(reflected) / total, total > 0.0);
 #if DISPERSION
-    reflectance = select(sum4(of_hero), reflectance, path.hero == NONE);
+    reflectance = select(sum4(of_hero), reflectance, path.hero == NO_HERO);
     part_from(totally);
 #endif
     var q = reflectance;
@@ -156,14 +163,14 @@ fn sample_smooth_dielectric(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, n: vec3f
     if (reflects) {
         return BsdfSample(mirrored, vec3f(0.0, 0.0, cos_i), true);
     }
-    var wavelength = 0u;
 #if DISPERSION
-    if (path.hero == NONE && (*b).dispersive) {
-        choose_hero(near_row, far_row);
+    if (path.hero == NO_HERO && (*b).dispersive) {
+        choose_hero(near_row, far_row, totally);
     }
-    wavelength = select(path.hero, 0u, path.hero == NONE);
+    let eta = ratio_at(far_row, near_row, hero_or_first());
+#else
+    let eta = relative_index(b, 0u);
 #endif
-    let eta = relative_index(b, wavelength);
     let cos_t2 = cos_transmitted_squared(cos_i, vec4f(eta)).x;
     path.start *= refracted_radiance(vec4f(eta)).x; // undone where the path leaves the glass again: roulette must not see it
     // Total reflection of the hero ends the path: others have chosen to refract.

@@ -356,7 +356,7 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
         var bend = Bend(d, out, (*at).ns, s.curvature * sign(dot(s.n, (*at).n)), !refracts && !straight, straight, 1.0);
         var of_eta = 0.0;
         if (refracts) {
-            bend.eta = 1.0 / relative_index(&b, select(path.hero, 0u, path.hero == NONE));
+            bend.eta = ratio_at(b.near_row, b.far_row, hero_or_first());
             of_eta = change_of_ratio(b.near_row, b.far_row);
         }
         bend_differentials(s, bend, of_eta);

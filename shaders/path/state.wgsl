@@ -76,8 +76,8 @@ struct Path {
     last_vertex: vec3f, // where that direction was chosen
     crossings: u32, // surfaces passed straight through; bounds the loop
 #if DISPERSION
-    kept: u32, // wavelengths that the path carries, a bit for each
-    hero: u32, // the wavelength that it goes by since a dispersive refraction, or NONE
+    kept: u32, // wavelengths that the path carries, a bit for each, and whether heroes may lie BELOW and ABOVE them
+    hero: i32, // the wavelength that it goes by since a dispersive refraction, or NO_HERO; the first one is 0
     hero_near: u32, // rows of the indices there
     hero_far: u32,
     hero_weight: f32, // 1 / probability of having it
@@ -115,6 +115,9 @@ var<private> path: Path;
 
 #if DISPERSION
 const ALL_WAVELENGTHS = 0xffffffffu >> (32u - WAVELENGTHS);
+const BELOW = select(0u, 1u << 30u, BEYOND > 0u);
+const ABOVE = select(0u, 1u << 31u, BEYOND > 0u);
+const NO_HERO = i32(1u << 16u);
 
 // Of a ray's origin, in the plane of the surface there, and of its direction.
 struct Differential {
@@ -131,10 +134,11 @@ var<private> hero_shares: array<vec4f, WAVELENGTHS4>; // by which the path choos
 #endif
 #endif
 
-// First and last of the wavelengths that the path carries.
+// First and last of the wavelengths that the path carries; if it carries none the first comes behind the last.
 fn carried_wavelengths() -> vec2u {
 #if DISPERSION
-    return vec2u(firstTrailingBit(path.kept), firstLeadingBit(path.kept));
+    let kept = path.kept & ALL_WAVELENGTHS;
+    return select(vec2u(1u, 0u), vec2u(firstTrailingBit(kept), firstLeadingBit(kept)), kept != 0u);
 #else
     return vec2u(0u, WAVELENGTHS - 1u);
 #endif
@@ -160,8 +164,8 @@ fn start_path(ray: Ray) {
     path.pdf = -1.0;
     path.last_vertex = ray.o;
 #if DISPERSION
-    path.kept = ALL_WAVELENGTHS;
-    path.hero = NONE;
+    path.kept = ALL_WAVELENGTHS | BELOW | ABOVE;
+    path.hero = NO_HERO;
     begin_differentials(ray.d);
 #endif
     path.start = -sum_beta() / f32(WAVELENGTHS);

@@ -194,12 +194,12 @@ fn record_crossing(ray: Ray, t_max: f32) {
     }
     var carried = carried_wavelengths();
 #if DISPERSION
-    if (path.hero != NONE) {
+    if (path.hero != NO_HERO) {
         // The path goes on beyond the sensor: what it keeps is still open.
         for (var k = 0u; k < WAVELENGTHS4; k++) {
-            Ld[k] *= path.hero_weight * one_hot(path.hero, k);
+            Ld[k] *= path.hero_weight * one_hot(u32(path.hero), k);
         }
-        carried = vec2u(path.hero);
+        carried = vec2u(clamp(vec2i(path.hero), vec2i(0), vec2i(i32(WAVELENGTHS) - 1)));
     }
 #endif
 #if MEDIA

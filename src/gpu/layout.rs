@@ -259,7 +259,7 @@ shared_records! {
 
     /// What stands before the rows of a pass in `spectra`.
     struct PassHead {
-        /// Wavelength samples that camera paths choose their hero among.
+        /// Wavelength samples that camera paths choose their hero among, from the first of those beyond the film's range on.
         heroes: UVec4,
         /// 1 / (4 probability) of each.
         hero_weights: Vec4,

@@ -10,8 +10,6 @@ use crate::spectrum::library::{Observer, observer};
 
 /// Wavelengths that camera paths of a pass choose their hero among.
 pub const HEROES: usize = 4;
-/// The first and the last wavelength share no way (shaders/path/hero.wgsl): this many times as often as another are they the hero for the bins' sake.
-const AT_ENDS: f64 = 6.0;
 /// Heroes for the picture's sake, over those for the bins'.
 const BY_LUMINANCE: f64 = 0.5;
 
@@ -19,7 +17,7 @@ const BY_LUMINANCE: f64 = 0.5;
 #[derive(Debug, Clone)]
 pub struct Wavelengths {
     strata: Vec<Stratum>,
-    /// Probability up to each wavelength of being the hero of a camera path.
+    /// Probability up to each wavelength of being the hero of a camera path, [`Self::beyond`] ones on both sides of the film's range included.
     hero_cdf: Vec<f64>,
     sampling: WavelengthSampling,
     /// Offsets of rounds of passes come in mirrored pairs.
@@ -109,12 +107,14 @@ impl Wavelengths {
         let power = |i: u32| emission.iter().map(|(w, s)| w * s.integral(edge(i), edge(i + 1))).sum::<f64>();
         let cmf = observer(Observer::Cie1931);
         let luminance = |i: u32| power(i) * cmf.eval(0.5 * (edge(i) + edge(i + 1)))[1];
-        // Bins want wavelengths alike, but for the two at the ends, which share no way; the picture wants those that it is bright by.
-        let even = |i: u32| if i == 0 || i + 1 == count { AT_ENDS } else { 1.0 };
+        let beyond = Self::beyond(count);
+        let film = |i: u32| i.checked_sub(beyond).filter(|i| *i < count);
+        // Bins want wavelengths alike; the picture wants those that it is bright by.
+        let (even, power, luminance) = (|_| 1.0, |i| film(i).map_or(0.0, power), |i| film(i).map_or(0.0, luminance));
         let wanted: Vec<(f64, Vec<f64>)> = [(1.0, &even as &dyn Fn(u32) -> f64), (1.0, &power), (BY_LUMINANCE, &luminance)]
             .iter()
             .filter_map(|(share, weight)| {
-                let weights: Vec<f64> = (0..count).map(weight).collect();
+                let weights: Vec<f64> = (0..count + 2 * beyond).map(weight).collect();
                 let total: f64 = weights.iter().sum();
                 // No luminance outside the visible range.
                 (total > 0.0).then(|| (*share, weights.iter().map(|w| w / total).collect()))
@@ -122,16 +122,17 @@ impl Wavelengths {
             .collect();
         let all: f64 = wanted.iter().map(|(share, _)| share).sum();
         let mut hero_cdf = vec![0.0];
-        for i in 0..count as usize {
+        for i in 0..(count + 2 * beyond) as usize {
             hero_cdf.push(hero_cdf[i] + wanted.iter().map(|(share, weights)| share / all * weights[i]).sum::<f64>());
         }
         Self { strata, hero_cdf, sampling: scene.film.sampling, mirrored }
     }
 
     /// The wavelengths that camera paths of a pass choose their hero among, spread evenly over their probabilities from `u` in [0, 1), and
-    /// 1 / (`HEROES` times the probability) of each. In the mean over `u` the weights of every wavelength sum up to 1.
+    /// 1 / (`HEROES` times the probability) of each. In the mean over `u` the weights of every wavelength sum up to 1. They are numbered from the first of those that lie
+    /// before the film's range.
     pub fn heroes(&self, u: f64) -> [(u32, f64); HEROES] {
-        let last = self.strata.len() - 1;
+        let last = self.hero_cdf.len() - 2;
         let total = self.hero_cdf[last + 1];
         std::array::from_fn(|i| {
             let at = (i as f64 + u) / HEROES as f64 * total;
@@ -140,10 +141,17 @@ impl Wavelengths {
         })
     }
 
-    /// Probability of each wavelength to be the hero of a camera path.
+    /// Probability of each wavelength of the film to be the hero of a camera path.
     pub fn hero_probabilities(&self) -> impl Iterator<Item = f64> {
         let total = self.hero_cdf[self.hero_cdf.len() - 1];
-        self.hero_cdf.windows(2).map(move |upto| (upto[1] - upto[0]) / total)
+        let beyond = (self.hero_cdf.len() - 1 - self.strata.len()) / 2;
+        self.hero_cdf[beyond..].windows(2).map(move |upto| (upto[1] - upto[0]) / total)
+    }
+
+    /// Of so many wavelengths that a path carries, how many on either side of the film's range are heroes as well: those at its ends share their ways. None where a set
+    /// of bits has no room to tell (shaders/path/hero.wgsl).
+    pub fn beyond(wavelengths: u32) -> u32 {
+        if wavelengths > 30 { 0 } else { (wavelengths - 1) / 3 }
     }
 
     /// Wavelengths a path carries for a film of `bins`: one per bin up to 32, for fewer than four a multiple of them.
