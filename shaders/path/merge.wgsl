@@ -3,7 +3,7 @@
 // round: Hachisuka et al. 2008, Knaus & Zwicker 2011). Sums are integers, so the order of a cell's list does not matter.
 //
 // In the table come first the links of all points, close together since searches go through many; then of each point its VisiblePoint, where there is
-// sheen its PointSheen, its throughput, and through a lens the pixel within the tile of each wavelength plus one, or 0.
+// sheen its PointSheen, where there is fog its PointSegment, its throughput, and through a lens the pixel within the tile of each wavelength plus one, or 0.
 #include "common/params.wgsl"
 #include "common/sampler.wgsl"
 #include "common/spectra.wgsl"
@@ -18,9 +18,14 @@
 #endif
 
 #if SHEEN
-const POINT_HEAD = TEXELS_OF_VisiblePoint + TEXELS_OF_PointSheen;
+const POINT_SEGMENT = TEXELS_OF_VisiblePoint + TEXELS_OF_PointSheen;
 #else
-const POINT_HEAD = TEXELS_OF_VisiblePoint;
+const POINT_SEGMENT = TEXELS_OF_VisiblePoint;
+#endif
+#if SCATTERING
+const POINT_HEAD = POINT_SEGMENT + TEXELS_OF_PointSegment;
+#else
+const POINT_HEAD = POINT_SEGMENT;
 #endif
 #if SENSOR_LENS
 const POINT_STRIDE = POINT_HEAD + 2u * WAVELENGTHS4;
@@ -30,9 +35,14 @@ const POINT_STRIDE = POINT_HEAD + WAVELENGTHS4;
 const FOG_POINT = 0x80000000u; // of VisiblePoint.about
 const MOST_DEPTH_OF_POINT = 0x1fffu;
 
-// Cells are as wide as the largest kernel, so that a kernel reaches into no more than eight.
-fn cell_of(p: vec3f) -> vec3i {
-    return vec3i(floor(p / (2.0 * merge_radius(params.merge_reach))));
+// As far as the largest kernel reaches; in fog a part of one, as long as wide.
+fn kernel_reach(in_fog: bool) -> f32 {
+    return merge_radius(params.merge_reach) * select(1.0, sqrt(2.0), in_fog);
+}
+
+// Cells are as wide as the largest kernel, so that a kernel reaches into no more than eight. Those of fog are cells of their own.
+fn cell_of(p: vec3f, in_fog: bool) -> vec3i {
+    return vec3i(floor(p / (2.0 * kernel_reach(in_fog))));
 }
 
 // Every pass has cells of its own: what a pass looks up lies together, as its points do.
@@ -41,13 +51,20 @@ fn cell_head(cell: vec3i, pass_index: u32) -> u32 {
     return pass_index * params.heads + (hash(c.x * 0x9e3779b1u ^ hash(c.y * 0x85ebca77u ^ hash(c.z * 0xc2b2ae3du))) & (params.heads - 1u));
 }
 
+#if SCATTERING
+// In fog a kernel is as many parts as a point has links: where the middle of each lies along the camera ray, in radii from the point.
+fn part_of_kernel(i: u32) -> f32 {
+    return f32(2u * i + 1u) - f32(POINT_LINKS);
+}
+#endif
+
 // Where the rest of a point begins.
 fn rest_of_point(slot: u32) -> u32 {
     return params.points + slot * POINT_STRIDE;
 }
 
 #if CAMERA_PATHS
-@group(0) @binding(16) var points: WritableTable<vec4f, PointLink, VisiblePoint, PointSheen>;
+@group(0) @binding(16) var points: WritableTable<vec4f, PointLink, VisiblePoint, PointSheen, PointSegment>;
 @group(0) @binding(17) var<storage, read_write> heads: array<atomic<u32>>;
 
 var<private> point_slot: u32; // where this path's point goes
@@ -57,8 +74,22 @@ fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function
     let p = (*at).s.p;
     let in_medium = (*at).extinction > 0.0;
     let first = rest_of_point(point_slot);
-    let next = atomicExchange(&heads[cell_head(cell_of(p), pass_of_path)], point_slot + 1u);
-    store_PointLink_at(point_slot, PointLink(p.x, p.y, p.z, next));
+    let radius = merge_radius(path.length);
+    let links = select(1u, POINT_LINKS, in_medium);
+    for (var i = 0u; i < links; i++) {
+        var part = p;
+#if SCATTERING
+        let along = part_of_kernel(i) * radius;
+        part = select(p, p + along * ray.d, in_medium);
+        // What lies beyond the ends of the camera ray has nothing to do with it.
+        if (in_medium && (along < -distance(ray.o, p) - 2.0 * radius || along > (*at).rest + 2.0 * radius)) {
+            continue;
+        }
+#endif
+        let link = point_slot * POINT_LINKS + i;
+        let next = atomicExchange(&heads[cell_head(cell_of(part, in_medium), pass_of_path)], link + 1u);
+        store_PointLink_at(link, PointLink(part.x, part.y, part.z, next));
+    }
     let carried = carried_wavelengths();
     let about = select(0u, FOG_POINT, in_medium) | min(path.depth, MOST_DEPTH_OF_POINT) << 18u | carried.y << 13u | carried.x << 8u
         | pass_of_path;
@@ -71,9 +102,12 @@ fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function
 #endif
     let normal = select((*at).ns, ray.d, in_medium);
     let connection = path.light_path_density / f32(params.light_paths);
-    store_VisiblePoint_at(first, VisiblePoint(vec4f(normal, merge_radius(path.length)), sampled_pixel, about, medium_or_coat, connection));
+    store_VisiblePoint_at(first, VisiblePoint(vec4f(normal, radius), sampled_pixel, about, medium_or_coat, connection));
 #if SHEEN
     store_PointSheen_at(first + TEXELS_OF_VisiblePoint, PointSheen((*b).sheen, (*b).sheen_entered, 0u, 0u));
+#endif
+#if SCATTERING
+    store_PointSegment_at(first + POINT_SEGMENT, PointSegment(distance(ray.o, p), (*at).rest, 0u, 0u));
 #endif
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         var throughput = beta[k];
@@ -92,7 +126,7 @@ fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function
     }
 }
 #else
-@group(0) @binding(16) var points: WrittenTable<vec4f, PointLink, VisiblePoint, PointSheen>;
+@group(0) @binding(16) var points: WrittenTable<vec4f, PointLink, VisiblePoint, PointSheen, PointSegment>;
 @group(0) @binding(17) var<storage, read> heads: array<u32>;
 
 // Adds this vertex, the path's of this number, to all points around it, `weight` times. The path arrives along `d`, as facets have it; normals are on the side
@@ -102,8 +136,8 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
     let own = carried_wavelengths();
     let in_fog = v.extinction > 0.0;
     // The lower of the two cells along each axis that the largest kernel can reach into.
-    let reach = merge_radius(params.merge_reach);
-    let first = cell_of(v.p - reach);
+    let reach = kernel_reach(in_fog);
+    let first = cell_of(v.p - reach, in_fog);
     var corner = 0u;
     var cell: vec3i;
     var next = 0u;
@@ -129,16 +163,18 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         let link = load_PointLink(found);
         let place = vec3f(link.x, link.y, link.z);
         let to_point = place - v.p;
-        let at = rest_of_point(found);
+        let at = rest_of_point(found / POINT_LINKS);
         let point = load_VisiblePoint_at(at);
         let normal = point.normal.xyz;
         let radius = point.normal.w;
         let about = point.about;
         // What both carry.
         let carried = vec2u(max(own.x, (about >> 8u) & 0x1fu), min(own.y, (about >> 13u) & 0x1fu));
+        let in_part = select(0.0, -dot(to_point, normal), in_fog); // from the middle of the kernel's part to the vertex, on the camera ray
+        let is_around = dot(to_point, to_point) - in_part * in_part <= radius * radius && in_part >= -radius && in_part < radius;
         // Another cell of the same head may hold the point, and have it looked at a second time.
-        if (dot(to_point, to_point) > radius * radius || (about & 0xffu) != pass_index || any(cell_of(place) != cell)
-            || carried.x > carried.y || (about >= FOG_POINT) != in_fog) {
+        if (!is_around || (about & 0xffu) != pass_index || any(cell_of(place, in_fog) != cell) || carried.x > carried.y
+            || (about >= FOG_POINT) != in_fog) {
             continue;
         }
         // Together no longer than a path may be.
@@ -147,8 +183,16 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         }
         var camera = v;
         var factor = weight;
+        var length = 1.0; // of the kernel
 #if SCATTERING
         if (in_fog) {
+            // As much of the kernel as the camera ray has around the vertex, so that no light is lost where it ends.
+            let segment = load_PointSegment_at(at + POINT_SEGMENT);
+            let along = in_part + part_of_kernel(found % POINT_LINKS) * radius;
+            if (along < -segment.before - radius || along > segment.behind + radius) {
+                continue;
+            }
+            length = min(segment.behind, along + fog_kernel(radius)) + min(segment.before, fog_kernel(radius) - along);
             camera.pdf_rev = phase_hg(-dot(normal, d), bitcast<f32>(point.medium_or_coat));
             factor *= camera.pdf_rev;
         }
@@ -170,7 +214,7 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         look_at_coat(&there, load_Material(select(there.coat, 0u, there.coat == NONE)));
         var out = coat_transmittance(&there, min(abs(dot(normal, d)), 1.0));
 #endif
-        let kernel = select(measure, measure / v.extinction, in_fog);
+        let kernel = PI * radius * radius * max(length, 1e-6 * radius);
         let w = factor / (kernel * (1.0 + safe_ratio(others, merged)));
         for (var k = 0u; k < WAVELENGTHS4; k++) {
             Ld[k] = w * beta[k] * load_points(at + POINT_HEAD + k);

@@ -268,8 +268,8 @@ fn count_event(p: vec3f, bends: bool) -> bool {
 }
 
 #if SCATTERING
-// Scattering at distance `t` of a ray, in the medium of interior `m`.
-fn in_medium(ray: Ray, t: f32, m: Interior) -> Interaction {
+// Scattering at distance `t` of a ray that would have come to `t_max`, in the medium of interior `m`.
+fn in_medium(ray: Ray, t: f32, t_max: f32, m: Interior) -> Interaction {
     var at: Interaction;
     at.bsdf.m.kind = MATERIAL_KIND_MEDIUM;
     at.bsdf.m.alpha = m.g;
@@ -288,6 +288,7 @@ fn in_medium(ray: Ray, t: f32, m: Interior) -> Interaction {
     at.n = ray.d;
     at.ns = ray.d;
     at.cos_from = 1.0;
+    at.rest = t_max - t;
 #if CAUSTICS
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         at.extinction = max(at.extinction, max4(sigma_t(m, k)));
@@ -444,7 +445,7 @@ fn next_vertex(ray: Ray, hit: Hit) -> Ray {
 #if SCATTERING
     scatters_before = t >= 0.0;
     if (scatters_before) {
-        at = in_medium(ray, t, load_Interior(medium));
+        at = in_medium(ray, t, hit.t, load_Interior(medium));
 #if DISPERSION
         keep_near_hero(ray.d, at.s.p, ray.d, true);
 #endif

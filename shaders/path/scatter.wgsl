@@ -34,6 +34,7 @@ struct Interaction {
     ns: vec3f, // shading normal on the side of the path
     cos_from: f32, // geometric cosine to where the path comes from, 1 in a medium
     extinction: f32, // of a medium, 0 on a surface
+    rest: f32, // in a medium how much further the ray would have come
 #if INTERIORS
     here: Volumes, // volumes on the side of the path
     beyond: Volumes, // and on the other side

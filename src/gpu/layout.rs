@@ -305,7 +305,7 @@ shared_records! {
         samples: u32,
     }
 
-    /// Where a visible point is, and the next one of its cell.
+    /// Where a visible point is (in fog a part of its kernel), and the next one of its cell.
     struct PointLink {
         /// Position.
         x: f32,
@@ -313,7 +313,7 @@ shared_records! {
         y: f32,
         /// Position.
         z: f32,
-        /// Number of the next point plus one, or 0.
+        /// Number of the next link plus one, or 0.
         next: u32,
     }
 
@@ -337,6 +337,18 @@ shared_records! {
         sheen: u32,
         /// What it let in.
         entered: f32,
+        /// Unused.
+        pad_0: u32,
+        /// Unused.
+        pad_1: u32,
+    }
+
+    /// Of a visible point in fog: the segment that it lies on.
+    struct PointSegment {
+        /// From where the segment begins to the point, m.
+        before: f32,
+        /// And from there to its end.
+        behind: f32,
         /// Unused.
         pad_0: u32,
         /// Unused.

@@ -2,7 +2,7 @@
 
 use super::{Feature, Plan};
 use crate::error::Result;
-use crate::gpu::layout::{PointLink, PointSheen, VisiblePoint, texels};
+use crate::gpu::layout::{PointLink, PointSegment, PointSheen, VisiblePoint, texels};
 use crate::gpu::scene::Targets;
 use crate::gpu::{Gpu, Resource};
 use crate::scene::bounds_of_all;
@@ -21,12 +21,18 @@ pub(super) const BLUR: f32 = 0.5;
 /// Angle that light spreads by where it scatters, in the first pass, radians: what wavelengths that share a way from there are apart by is a part of it.
 pub(super) const SPREAD: f64 = 0.3;
 
+/// In fog a kernel is a cylinder along the camera ray, since nobody sees how deep in the fog something lies, this many times as long as wide: a link of the grid for each
+/// part. A photon beam merged with points (Jarosz et al. 2008, "The beam radiance estimate") in pieces.
+const FOG_LINKS: u32 = 8;
+
 /// Where light paths are merged.
 #[derive(Debug)]
 pub(super) struct Merge {
     pub points: Resource,
     /// How many points there may be.
     pub slots: u32,
+    /// Links of them all, behind which the rest of the points lies.
+    pub links: u32,
     pub heads: Resource,
     /// Of `heads`, for each pass.
     pub cells: u32,
@@ -79,9 +85,11 @@ impl Merge {
         // Where blocks differ in their samples, some passes have a few more than others.
         let slots = pixels * u64::from(passes) + (pixels * u64::from(passes) / 8).next_multiple_of(64) + 64 * 64;
         let points = gpu.empty_table("visible points", slots * point_bytes / 16)?;
-        let cells = (2 * pixels).next_power_of_two().clamp(1 << 10, ((1 << 22) / u64::from(passes)).next_power_of_two()) as u32;
+        let cells = (2 * pixels * u64::from(links(plan)).isqrt())
+            .next_power_of_two()
+            .clamp(1 << 10, ((1 << 22) / u64::from(passes)).next_power_of_two()) as u32;
         let heads = gpu.empty_storage("cells of visible points", u64::from(cells) * u64::from(passes) * 4)?;
-        Ok(Self { points, slots: slots as u32, heads, cells, passes })
+        Ok(Self { points, slots: slots as u32, links: slots as u32 * links(plan), heads, cells, passes })
     }
 }
 
@@ -101,11 +109,17 @@ pub(super) fn passes(gpu: &Gpu, plan: &Plan, blocks: u32, most: u32) -> u32 {
     (POINT_BYTES.min(gpu.max_binding()) / bytes).clamp(1, u64::from(most)) as u32
 }
 
+/// Links of the grid that a visible point may have.
+pub(super) fn links(plan: &Plan) -> u32 {
+    if plan.has(Feature::Scattering) { FOG_LINKS } else { 1 }
+}
+
 /// Bytes of a point, its throughput included, and through a lens where each wavelength lands.
 pub(super) fn point_bytes(plan: &Plan) -> u64 {
     let sheen = if plan.has(Feature::Sheen) { texels::<PointSheen>() } else { 0 };
+    let segment = if plan.has(Feature::Scattering) { texels::<PointSegment>() } else { 0 };
     let of_wavelengths = plan.wavelengths.div_ceil(4) * if plan.has(Feature::SensorLens) { 2 } else { 1 };
-    u64::from(texels::<PointLink>() + texels::<VisiblePoint>() + sheen + of_wavelengths) * 16
+    u64::from(links(plan) * texels::<PointLink>() + texels::<VisiblePoint>() + sheen + segment + of_wavelengths) * 16
 }
 
 /// Camera paths longer than this are merged within the radius of this length: cells fit the largest radius, so that it should not be much larger than

@@ -141,12 +141,13 @@ impl Plan {
         use crate::scene::roughness::STEPS;
         let up = up();
         format!(
-            "const GUIDE_AXES = {AXES}u;\nconst GUIDE_BLOCKS = {BLOCKS}u;\nconst GUIDE_ROOT = {ROOT}u;\nconst WAVELENGTHS = {}u;\nconst WAVELENGTHS4 = {}u;\nconst BEYOND = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\nconst ENERGY_GRAIN = {GRAIN_NODES}u;\nconst ENERGY_SHEEN = {SHEEN_NODES}u;\n\
+            "const GUIDE_AXES = {AXES}u;\nconst GUIDE_BLOCKS = {BLOCKS}u;\nconst GUIDE_ROOT = {ROOT}u;\nconst WAVELENGTHS = {}u;\nconst WAVELENGTHS4 = {}u;\nconst BEYOND = {}u;\nconst POINT_LINKS = {}u;\nconst BINS = {}u;\nconst ENERGY_MU = {MU_NODES}u;\nconst ENERGY_ETA = {ETA_NODES}u;\nconst ENERGY_GRAIN = {GRAIN_NODES}u;\nconst ENERGY_SHEEN = {SHEEN_NODES}u;\n\
              const ENERGY_ETA_MAX = {ETA_MAX:?};\nconst ENERGY_MIN_MEAN = {MIN_MEAN:?};\nconst ROUGHNESS_STEPS = {STEPS}u;\n\
              const UP = vec3f({:?}, {:?}, {:?});\n",
             self.wavelengths,
             self.wavelengths.div_ceil(4),
             super::Wavelengths::beyond(self.wavelengths),
+            super::merge::links(self),
             self.bins,
             up.x,
             up.y,

@@ -108,7 +108,7 @@ impl GpuIntegrator {
         } else {
             None
         };
-        (params.heads, params.points) = merge.as_ref().map_or((0, 0), |g| (g.cells, g.slots));
+        (params.heads, params.points) = merge.as_ref().map_or((0, 0), |g| (g.cells, g.links));
         let constants = plan.constants() + &gpu_scene.constants;
         let limit = gpu.device.limits().max_compute_workgroups_per_dimension;
         let pass = |roots: &[&str], features: Features, limit: u32, first_time: usize| -> Result<Pass> {

@@ -9,7 +9,17 @@ use serde_json::{Value, json};
 use std::f64::consts::PI;
 
 pub(super) fn cases() -> Vec<Case> {
-    vec![barrel(), fog_pencil(), fog_spot(), blackbody(), small_lights(), laser_at_bin_edge(), energy(), reciprocity()]
+    vec![
+        barrel(),
+        fog_pencil(),
+        fog_spot(),
+        fog_behind_glass(),
+        blackbody(),
+        small_lights(),
+        laser_at_bin_edge(),
+        energy(),
+        reciprocity(),
+    ]
 }
 
 /// Three black tubes side by side, each with a lamp as its floor: irradiance on the square around the open end.
@@ -117,6 +127,35 @@ fn fog_spot() -> Case {
         title: "the cone of a spot in fog seen at 90 degrees, scattered once: radiance integrated across it, near and far",
         views: vec![measuring(scene, 64, 16.0)],
         rows: vec![row("near", ROWS - 2), row("far", 1)],
+    }
+}
+
+/// A thin layer of fog that a beam lights from the side, seen through a plane slab of glass: only light paths that are merged find it, with a kernel deeper than the
+/// layer. So little is scattered that twice does not matter.
+fn fog_behind_glass() -> Case {
+    let (sigma_s, sigma_t, depth, edge, height, n) = (1e-4, 2.0, 0.1, 0.1, 0.1, 1.5);
+    let scene = json!({
+        "film": film(4, 4, 1),
+        "camera": {"orthographic": {"eye": [0, 0, 3], "target": [0, 0, 0], "height": height}},
+        "media": {"fog": {"sigma_s": sigma_s, "sigma_a": sigma_t - sigma_s}},
+        "materials": {"fog": {"boundary": {"medium": "fog"}}, "glass": {"dielectric": {"ior": n}}},
+        "shapes": [
+            {"box": {"min": [-edge, -edge, -depth], "max": [edge, edge, 0]}, "material": "fog"},
+            {"box": {"min": [-1, -1, 1], "max": [1, 1, 1.1]}, "material": "glass"},
+        ],
+        "lights": [{"beam": {"origin": [-2, 0, -0.5 * depth], "direction": [1, 0, 0], "radius": 0.12, "irradiance": 1}}],
+    });
+    // The beam has come from x = -edge; the mean over the picture's width of what is left of it.
+    let left = |x: f64| (-sigma_t * (x + edge)).exp() / sigma_t;
+    let beam = (left(-0.5 * height) - left(0.5 * height)) / height;
+    let layer = (1.0 - (-sigma_t * depth).exp()) / sigma_t;
+    // A slab's transmittance, with all reflections within it.
+    let exact = sigma_s / (4.0 * PI) * beam * layer * 2.0 * n / (n * n + 1.0);
+    Case {
+        id: "fog-behind-glass",
+        title: "a thin layer of fog in a beam, behind a slab of glass: its radiance",
+        views: vec![measuring(scene, 256, 64.0)],
+        rows: vec![Row::new("fog-behind-glass", exact, 1e-2 * exact, |f: &[Film]| vec![mean(&f[0])]).floor(1e-4 * exact)],
     }
 }
 

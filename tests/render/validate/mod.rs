@@ -97,6 +97,7 @@ cases! {
     barrel "barrel",
     fog_pencil "fog-pencil",
     fog_spot "fog-spot",
+    fog_behind_glass "fog-behind-glass",
     blackbody "blackbody",
     small_lights "small-lights",
     laser_at_bin_edge "laser-bin-edge",
