@@ -85,7 +85,7 @@ agree! {
     compare_barrel, 96, 1.0, without_tube(with_lamp(shipped("compare/barrel.json", BINS), disc_facing_down([-0.25, 1.9, 0.0], 0.5)));
     #[ignore = "long: in tools/soak"] cornell_spheres, 24, 1.0, with_lamp(shipped("cornell_spheres.json", BINS), disc_facing_down([0.0, 1.98, 0.0], 0.9));
     cornell_spheres_dispersed, 32, 1.0, on_the_floor(shipped("cornell_spheres_dispersed.json", BINS));
-    #[ignore = "long: in tools/soak"] prism, 224, 1.0, on_the_floor(shipped("prism.json", BINS));
+    #[ignore = "long: in tools/soak"] prism, 320, 1.0, on_the_floor(shipped("prism.json", BINS));
     #[ignore = "long: in tools/soak"] fog, 48, 1.0, on_the_floor(shipped("fog.json", BINS));
     #[ignore = "long: in tools/soak"] barrel, 176, 1.0, on_the_floor(shipped("barrel.json", BINS));
     #[ignore = "long: in tools/soak"] bunny_light, 96, 1.0, on_the_floor(shipped("bunny_light.json", BINS));
