@@ -13,6 +13,9 @@
 #if SHADING_NORMALS
 #include "geometry/facet.wgsl"
 #endif
+#if SCATTERING
+#include "medium/homogeneous.wgsl"
+#endif
 #if LIGHT_PATHS
 #include "sensor/connect.wgsl"
 #endif
@@ -81,8 +84,9 @@ fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function
 #if SCATTERING
         let along = part_of_kernel(i) * radius;
         part = select(p, p + along * ray.d, in_medium);
-        // What lies beyond the ends of the camera ray has nothing to do with it.
-        if (in_medium && (along < -distance(ray.o, p) - 2.0 * radius || along > (*at).rest + 2.0 * radius)) {
+        // What lies beyond the ends of the kernel, or of the camera ray, has nothing to do with it.
+        let half_length = fog_kernel(radius, (*at).extinction);
+        if (in_medium && (along < -min(half_length, distance(ray.o, p) + radius) - radius || along > min(half_length, (*at).rest + radius) + radius)) {
             continue;
         }
 #endif
@@ -134,6 +138,9 @@ fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function
 fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
     let pass_index = pass_of_path;
     let own = carried_wavelengths();
+#if SCATTERING
+    let medium = load_Interior(ruling_interior(inside));
+#endif
     let in_fog = v.extinction > 0.0;
     // The lower of the two cells along each axis that the largest kernel can reach into.
     let reach = kernel_reach(in_fog);
@@ -183,16 +190,18 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         }
         var camera = v;
         var factor = weight;
-        var length = 1.0; // of the kernel
+        var kernel = PI * radius * radius;
+        var along = 0.0; // from the point to the vertex, on the camera ray
 #if SCATTERING
         if (in_fog) {
             // As much of the kernel as the camera ray has around the vertex, so that no light is lost where it ends.
             let segment = load_PointSegment_at(at + POINT_SEGMENT);
-            let along = in_part + part_of_kernel(found % POINT_LINKS) * radius;
-            if (along < -segment.before - radius || along > segment.behind + radius) {
+            along = in_part + part_of_kernel(found % POINT_LINKS) * radius;
+            let half_length = fog_kernel(radius, v.extinction);
+            if (abs(along) > half_length || along < -segment.before - radius || along > segment.behind + radius) {
                 continue;
             }
-            length = min(segment.behind, along + fog_kernel(radius)) + min(segment.before, fog_kernel(radius) - along);
+            kernel *= max(min(segment.behind, along + half_length) + min(segment.before, half_length - along), 1e-6 * half_length);
             camera.pdf_rev = phase_hg(-dot(normal, d), bitcast<f32>(point.medium_or_coat));
             factor *= camera.pdf_rev;
         }
@@ -214,10 +223,13 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         look_at_coat(&there, load_Material(select(there.coat, 0u, there.coat == NONE)));
         var out = coat_transmittance(&there, min(abs(dot(normal, d)), 1.0));
 #endif
-        let kernel = PI * radius * radius * max(length, 1e-6 * radius);
         let w = factor / (kernel * (1.0 + safe_ratio(others, merged)));
         for (var k = 0u; k < WAVELENGTHS4; k++) {
             Ld[k] = w * beta[k] * load_points(at + POINT_HEAD + k);
+#if SCATTERING
+            // As far as the vertex, not as the point.
+            Ld[k] *= select(vec4f(1.0), exp(-along * sigma_t(medium, k)), in_fog);
+#endif
 #if COAT
             Ld[k] *= if_coated(&there, out[k]);
 #endif

@@ -54,14 +54,15 @@ fn merge_radius(path_length: f32) -> f32 {
     return head.merge_radius + head.merge_radius_per_metre * min(path_length, params.merge_reach);
 }
 
-// In fog the kernel is a cylinder along the camera ray, since nobody sees how deep in the fog something lies: half its length.
-fn fog_kernel(radius: f32) -> f32 {
-    return f32(POINT_LINKS) * radius;
+// In fog the kernel is a cylinder along the camera ray, since nobody sees how deep in the fog something lies: half its length. In a dense fog a mean free path, over
+// which transmittance, by which light counts, does not change by much.
+fn fog_kernel(radius: f32, extinction: f32) -> f32 {
+    return min(f32(POINT_LINKS) * radius, 1.0 / extinction);
 }
 
 // A of the density of merging.
 fn merge_measure(v: Vertex, radius: f32) -> f32 {
-    return PI * radius * radius * select(1.0, 2.0 * fog_kernel(radius) * v.extinction, v.extinction > 0.0);
+    return PI * radius * radius * select(1.0, 2.0 * fog_kernel(radius, v.extinction) * v.extinction, v.extinction > 0.0);
 }
 #endif
 

@@ -130,32 +130,43 @@ fn fog_spot() -> Case {
     }
 }
 
-/// A thin layer of fog that a beam lights from the side, seen through a plane slab of glass: only light paths that are merged find it, with a kernel deeper than the
-/// layer. So little is scattered that twice does not matter.
+/// Fog in a beam, seen through a plane slab of glass: only light paths that are merged find it. A layer thinner than the kernel is deep, lit from the side, and fog so dense
+/// that what lies a kernel deep hardly counts, lit along the view. So little is scattered that twice does not matter.
 fn fog_behind_glass() -> Case {
-    let (sigma_s, sigma_t, depth, edge, height, n) = (1e-4, 2.0, 0.1, 0.1, 0.1, 1.5);
-    let scene = json!({
-        "film": film(4, 4, 1),
-        "camera": {"orthographic": {"eye": [0, 0, 3], "target": [0, 0, 0], "height": height}},
-        "media": {"fog": {"sigma_s": sigma_s, "sigma_a": sigma_t - sigma_s}},
-        "materials": {"fog": {"boundary": {"medium": "fog"}}, "glass": {"dielectric": {"ior": n}}},
-        "shapes": [
-            {"box": {"min": [-edge, -edge, -depth], "max": [edge, edge, 0]}, "material": "fog"},
-            {"box": {"min": [-1, -1, 1], "max": [1, 1, 1.1]}, "material": "glass"},
-        ],
-        "lights": [{"beam": {"origin": [-2, 0, -0.5 * depth], "direction": [1, 0, 0], "radius": 0.12, "irradiance": 1}}],
-    });
-    // The beam has come from x = -edge; the mean over the picture's width of what is left of it.
-    let left = |x: f64| (-sigma_t * (x + edge)).exp() / sigma_t;
-    let beam = (left(-0.5 * height) - left(0.5 * height)) / height;
-    let layer = (1.0 - (-sigma_t * depth).exp()) / sigma_t;
+    let (sigma_s, depth, edge, height, n) = (1e-4, 0.1, 0.1, 0.1, 1.5);
+    let view = |spp: u32, sigma_t: f64, origin: [f64; 3], direction: [f64; 3]| {
+        let scene = json!({
+            "film": film(4, 4, 1),
+            "camera": {"orthographic": {"eye": [0, 0, 3], "target": [0, 0, 0], "height": height}},
+            "media": {"fog": {"sigma_s": sigma_s, "sigma_a": sigma_t - sigma_s}},
+            "materials": {"fog": {"boundary": {"medium": "fog"}}, "glass": {"dielectric": {"ior": n}}},
+            "shapes": [
+                {"box": {"min": [-edge, -edge, -depth], "max": [edge, edge, 0]}, "material": "fog"},
+                {"box": {"min": [-1, -1, 1], "max": [1, 1, 1.1]}, "material": "glass"},
+            ],
+            "lights": [{"beam": {"origin": origin, "direction": direction, "radius": 0.12, "irradiance": 1}}],
+        });
+        measuring(scene, spp, 64.0)
+    };
+    // Integral of e^(-sigma s) from `a` to `b`.
+    let left = |sigma: f64, a: f64, b: f64| ((-sigma * a).exp() - (-sigma * b).exp()) / sigma;
+    let (thin, dense) = (2.0, 40.0);
+    // The beam has come from the edge; its mean over the picture's width.
+    let beam = left(thin, edge - 0.5 * height, edge + 0.5 * height) / height;
     // A slab's transmittance, with all reflections within it.
-    let exact = sigma_s / (4.0 * PI) * beam * layer * 2.0 * n / (n * n + 1.0);
+    let seen = sigma_s / (4.0 * PI) * 2.0 * n / (n * n + 1.0);
+    let row = |name: &str, i: usize, exact: f64| {
+        let value = move |f: &[Film]| vec![mean(&f[i])];
+        Row::new(format!("fog-behind-glass/{name}"), exact, 1e-2 * exact, value).floor(1e-4 * exact)
+    };
     Case {
         id: "fog-behind-glass",
-        title: "a thin layer of fog in a beam, behind a slab of glass: its radiance",
-        views: vec![measuring(scene, 256, 64.0)],
-        rows: vec![Row::new("fog-behind-glass", exact, 1e-2 * exact, |f: &[Film]| vec![mean(&f[0])]).floor(1e-4 * exact)],
+        title: "fog in a beam, behind a slab of glass: radiance of a thin layer, and of fog dense over a kernel's depth",
+        views: vec![
+            view(256, thin, [-2.0, 0.0, -0.5 * depth], [1.0, 0.0, 0.0]),
+            view(16, dense, [0.0, 0.0, 0.8], [0.0, 0.0, -1.0]),
+        ],
+        rows: vec![row("thin", 0, seen * beam * left(thin, 0.0, depth)), row("dense", 1, seen * left(2.0 * dense, 0.0, depth))],
     }
 }
 
