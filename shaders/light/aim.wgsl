@@ -19,9 +19,9 @@ fn is_aiming(total: f32, wide: f32) -> bool {
     return total > 0.0 && (TARGETS_NESTED || total < wide);
 }
 
-// Density of a ray that meets spheres of this weight together, where `wide` is that of the light by itself and `aimed` that of aiming for one of weight 1.
-fn density_of_halves(wide: f32, aimed: f32, hits: f32) -> f32 {
-    return select((1.0 - AIMED) * wide, AIMED * aimed * hits, hits > 0.0);
+// Density of a ray where `wide` is that of the light by itself and `aimed` that of the targets that the ray meets, 0 if it meets none.
+fn density_of_halves(wide: f32, aimed: f32) -> f32 {
+    return select((1.0 - AIMED) * wide, AIMED * aimed, aimed > 0.0);
 }
 
 fn target_at(i: u32) -> vec4f {
@@ -37,55 +37,67 @@ fn is_target(t: vec4f, d2: f32) -> bool {
     return !TARGETS_NESTED || d2 > 2.0 * t.w * t.w;
 }
 
+fn meets_target(t: vec4f, o: vec3f, d: vec3f) -> bool {
+    let v = t.xyz - o;
+    let b = dot(v, d);
+    let l = v - b * d;
+    return dot(v, v) <= t.w * t.w || (b > 0.0 && dot(l, l) <= t.w * t.w);
+}
+
 // Weight of the targets that the ray meets; from `afar` all of them are some.
 fn targets_hit(o: vec3f, d: vec3f, afar: bool) -> f32 {
     var met = 0.0;
     for (var i = 0u; i < TARGETS; i++) {
         let t = target_at(i);
         let v = t.xyz - o;
-        let b = dot(v, d);
-        let l = v - b * d;
-        let hit = dot(v, v) <= t.w * t.w || (b > 0.0 && dot(l, l) <= t.w * t.w);
-        met += select(0.0, target_weight(t), hit && (afar || is_target(t, dot(v, v))));
+        met += select(0.0, target_weight(t), meets_target(t, o, d) && (afar || is_target(t, dot(v, v))));
     }
     return met;
 }
 #endif
 
 #if LIGHT_POINT || LIGHT_AREA
-// Solid angle of target `i` from `p`, times its weight.
-fn target_choice(i: u32, p: vec3f) -> f32 {
-    let t = target_at(i);
+fn target_solid_angle(t: vec4f, p: vec3f) -> f32 {
     let v = t.xyz - p;
-    let d2 = dot(v, v);
-    let s2 = t.w * t.w / max(d2, 1e-30);
-    return select(0.0, target_weight(t), is_target(t, d2)) * select(2.0 * PI * s2 / (1.0 + sqrt(max(1.0 - s2, 0.0))), 4.0 * PI, s2 >= 1.0);
+    let s2 = t.w * t.w / max(dot(v, v), 1e-30);
+    return select(2.0 * PI * s2 / (1.0 + sqrt(max(1.0 - s2, 0.0))), 4.0 * PI, s2 >= 1.0);
+}
+
+// Solid angle of a target from `p`, times its weight.
+fn target_choice(t: vec4f, p: vec3f) -> f32 {
+    let v = t.xyz - p;
+    return select(0.0, target_weight(t) * target_solid_angle(t, p), is_target(t, dot(v, v)));
 }
 
 fn all_choices(p: vec3f) -> f32 {
     var total = 0.0;
     for (var i = 0u; i < TARGETS; i++) {
-        total += target_choice(i, p);
+        total += target_choice(target_at(i), p);
     }
     return total;
 }
 
-// A direction from `p` to some target, whose choices sum up to `total`.
-fn sample_target(p: vec3f, total: f32, u: vec2f) -> vec3f {
-    var left = u.x * total;
+// Chooses a target as seen from `p`, where the choices sum up to `total`; what is left of the number goes on.
+fn choose_target(p: vec3f, total: f32, u: ptr<function, vec2f>) -> vec4f {
+    var left = (*u).x * total;
     var chosen = 0u;
     for (var i = 0u; i + 1u < TARGETS; i++) {
-        let w = target_choice(i, p);
+        let w = target_choice(target_at(i), p);
         if (chosen == i && left >= w) {
             left -= w;
             chosen = i + 1u;
         }
     }
-    let choice = target_choice(chosen, p);
     let t = target_at(chosen);
+    (*u).x = min(left / target_choice(t, p), 1.0);
+    return t;
+}
+
+// A direction from `p` to a target.
+fn sample_target(t: vec4f, p: vec3f, u: vec2f) -> vec3f {
     let v = t.xyz - p;
     let axis = select(normalize(v), vec3f(0.0, 0.0, 1.0), dot(v, v) == 0.0);
-    return normalize(level_frame(axis) * sample_cone(vec2f(min(left / choice, 1.0), u.y), choice / (2.0 * PI * target_weight(t))));
+    return normalize(level_frame(axis) * sample_cone(u, target_solid_angle(t, p) / (2.0 * PI)));
 }
 #endif
 

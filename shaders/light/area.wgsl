@@ -193,11 +193,90 @@ fn sample_li_area(light: Light, p: vec3f, u: vec2f) -> LightSample {
 // From here on targets fill so much of what a surface lights that its cosine matters more than they do.
 const WIDE_TARGETS = PI;
 
+// Where targets are chosen from: the middle of a sphere, or else the point of the surface.
+fn aims_from(light: Light, p: vec3f) -> vec3f {
+#if LIGHT_SPHERE
+    return select(p, light.p0.xyz, light.kind == LIGHT_KIND_SPHERE);
+#else
+    return p;
+#endif
+}
+
+#if LIGHT_SPHERE
+// How rays from a sphere to a target are made, if both are far enough apart: through a point of the disc around the target's middle that faces the lamp, chosen by the solid angle
+// that it shows to the lamp's middle, from a point of the lamp by the solid angle that it shows there. So all of them are worth about the same, and where on the target light
+// arrives, on which all that follows depends most, is left to two numbers of the four.
+struct DiscOfTarget {
+    axis: vec3f, // from the lamp's middle to the target's
+    distance: f32,
+    radius: f32, // 0 if the two are too close, or if the sphere shines inwards, too
+    one_minus_cos: f32, // of the angle that the disc subtends
+}
+
+fn disc_of_target(light: Light, t: vec4f) -> DiscOfTarget {
+    let v = t.xyz - light.p0.xyz;
+    let distance = length(v);
+    let slope = (light.p2.x + t.w) / max(distance, 1e-30);
+    // Rays that are aslant meet the plane of the disc up to this far from its middle.
+    let radius = select(0.0, t.w * inverseSqrt(max(1.0 - slope * slope, 1e-10)), slope < 0.7 && light.two_sided == 0u);
+    let tangent2 = radius * radius / max(distance * distance, 1e-30);
+    let one_minus_cos = tangent2 / (1.0 + tangent2 + sqrt(1.0 + tangent2));
+    return DiscOfTarget(v / max(distance, 1e-30), distance, radius, one_minus_cos);
+}
+
+// The density of a ray from `o` on the sphere along `d` among them, per solid angle and over that of a uniform point of the sphere.
+fn density_by_disc(light: Light, disc: DiscOfTarget, o: vec3f, d: vec3f, cos_theta: f32) -> f32 {
+    let slant = dot(d, disc.axis);
+    let v = o - light.p0.xyz;
+    let q = v + (disc.distance - dot(v, disc.axis)) / slant * d;
+    let q2 = dot(q, q);
+    let beside2 = q2 - disc.distance * disc.distance;
+    if (cos_theta <= 0.0 || slant <= 0.0 || beside2 > disc.radius * disc.radius) {
+        return 0.0;
+    }
+    let cosine = disc.distance * inverseSqrt(q2);
+    let of_place = cosine * cosine * cosine / (disc.distance * disc.distance * 2.0 * PI * disc.one_minus_cos);
+    let of_lamp = 1.0 / (2.0 * PI * sphere_one_minus_cos(light.p2.x, q2));
+    return light.area * of_place * of_lamp * cos_theta / slant;
+}
+
+fn sample_by_disc(light: Light, disc: DiscOfTarget, u: vec2f, v: vec2f) -> Ray {
+    let w = level_frame(disc.axis) * sample_cone(v, disc.one_minus_cos);
+    let q = disc.distance / dot(w, disc.axis) * w;
+    let q2 = dot(q, q);
+    let d = -(level_frame(-w) * sample_cone(u, sphere_one_minus_cos(light.p2.x, q2)));
+    let beside = q - dot(q, d) * d;
+    let o = beside + sqrt(max(light.p2.x * light.p2.x - dot(beside, beside), 0.0)) * d;
+    return Ray(light.p0.xyz + o, INFINITE, normalize(q - o), NONE, NONE, false);
+}
+#endif
+
+// Density of aiming, per solid angle and over that of a uniform point of the surface, for the targets that the ray meets; behind it the sum of all choices.
+fn density_of_aiming(light: Light, o: vec3f, d: vec3f, cos_theta: f32) -> vec2f {
+    var met = 0.0;
+    var total = 0.0;
+    let origin = aims_from(light, o);
+    for (var i = 0u; i < TARGETS; i++) {
+        let t = target_at(i);
+        let choice = target_choice(t, origin);
+        var share = target_weight(t);
+#if LIGHT_SPHERE
+        if (light.kind == LIGHT_KIND_SPHERE) {
+            let disc = disc_of_target(light, t);
+            share = choice * select(1.0 / target_solid_angle(t, o), density_by_disc(light, disc, o, d, cos_theta), disc.radius > 0.0);
+        }
+#endif
+        met += select(0.0, share, choice > 0.0 && meets_target(t, o, d));
+        total += choice;
+    }
+    return vec2f(met / total, total);
+}
+
 fn pdf_le_area(light: Light, o: vec3f, d: vec3f, cos_theta: f32) -> f32 {
-    let total = all_choices(o);
+    let aiming = density_of_aiming(light, o, d, cos_theta);
     let wide = INV_PI * select(1.0, 0.5, light.two_sided != 0u);
-    let halves = density_of_halves(wide, 1.0 / (total * max(abs(cos_theta), 1e-10)), targets_hit(o, d, false));
-    return light.probability / light.area * select(wide, halves, is_aiming(total, WIDE_TARGETS));
+    let halves = density_of_halves(wide, aiming.x / max(abs(cos_theta), 1e-10));
+    return light.probability / light.area * select(wide, halves, is_aiming(aiming.y, WIDE_TARGETS));
 }
 
 #if LIGHT_PATHS
@@ -208,18 +287,30 @@ fn sample_le_area(light: Light, u: vec2f, v: vec2f) -> LightRay {
     let point = sample_light_surface(light, u);
     l.n = point.n;
     l.ray.o = point.p;
-    let total = all_choices(l.ray.o);
+    let origin = aims_from(light, point.p);
+    let total = all_choices(origin);
     let halves = is_aiming(total, WIDE_TARGETS);
     let aimed = halves && is_aimed(&direction);
     if (aimed) {
-        l.ray.d = sample_target(l.ray.o, total, direction);
+        let aim = choose_target(origin, total, &direction);
+        l.ray.d = sample_target(aim, l.ray.o, direction);
+#if LIGHT_SPHERE
+        if (light.kind == LIGHT_KIND_SPHERE) {
+            let disc = disc_of_target(light, aim);
+            if (disc.radius > 0.0) {
+                l.ray = sample_by_disc(light, disc, u, direction);
+                l.n = normalize(l.ray.o - light.p0.xyz);
+            }
+        }
+#endif
     } else {
         let back = light.two_sided != 0u && direction.x < 0.5;
         let x = select(direction.x, fract(2.0 * direction.x), light.two_sided != 0u);
         l.ray.d = normalize(frame_around(select(l.n, -l.n, back)) * sample_cosine(vec2f(x, direction.y)));
     }
-    l.given_up = halves && aimed != (targets_hit(l.ray.o, l.ray.d, false) > 0.0);
-    if (!emits_towards(light, dot(l.n, l.ray.d))) {
+    let cos_theta = dot(l.n, l.ray.d);
+    l.given_up = halves && aimed != (density_of_aiming(light, l.ray.o, l.ray.d, cos_theta).x > 0.0);
+    if (!emits_towards(light, cos_theta)) {
         l.weight = 0.0;
     }
     l.ray.from_primitive = light.primitive;

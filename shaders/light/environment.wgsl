@@ -140,7 +140,7 @@ fn pdf_li_environment(light: Light, texel: u32) -> f32 {
 fn pdf_le_environment(light: Light, o: vec3f, d: vec3f, at: u32) -> f32 {
     let total = all_cross_sections();
     let wide = 1.0 / scene_cross_section();
-    let halves = density_of_halves(wide, 1.0 / total, targets_hit(o - params.scene_diameter * d, d, true));
+    let halves = density_of_halves(wide, targets_hit(o - params.scene_diameter * d, d, true) / total);
     let across = light.probability * select(wide, halves, is_aiming(total * wide, 1.0));
 #if ENV_IMAGE
     if (light.kind == LIGHT_KIND_IMAGE) {

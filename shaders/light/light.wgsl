@@ -268,7 +268,7 @@ fn pdf_le_of_sample(s: LightSample, p: vec3f) -> f32 {
 #if LIGHT_AREA
     if (light.kind <= LIGHT_KIND_CYLINDER) {
         o = p + s.distance * s.wi;
-        cos_theta = dot(normal_of_light(light, o), s.wi);
+        cos_theta = -dot(normal_of_light(light, o), s.wi);
     }
 #endif
 #if LIGHT_POINT

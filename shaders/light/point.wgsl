@@ -70,7 +70,7 @@ fn sample_point_light(light: Light, u: vec2f) -> vec3f {
 fn pdf_le_point(light: Light, o: vec3f, d: vec3f) -> f32 {
     let total = all_choices(o);
     let wide = pdf_point_light(light, d);
-    let halves = density_of_halves(wide, 1.0 / total, targets_hit(o, d, false));
+    let halves = density_of_halves(wide, targets_hit(o, d, false) / total);
     return light.probability * select(wide, halves, is_aiming(total, light_solid_angle(light)));
 }
 
@@ -83,7 +83,7 @@ fn sample_le_point(light: Light, v: vec2f) -> LightRay {
     let halves = is_aiming(total, wide);
     let aimed = halves && is_aimed(&direction);
     if (aimed) {
-        l.ray.d = sample_target(l.ray.o, total, direction);
+        l.ray.d = sample_target(choose_target(l.ray.o, total, &direction), l.ray.o, direction);
     } else {
         l.ray.d = sample_point_light(light, direction);
     }
