@@ -30,11 +30,13 @@ pub(super) struct Adaptive {
     across: usize,
     /// Pixels count by luminance; where the bins are not visible, by the sum over them.
     by_luminance: bool,
+    /// Whether what light paths bring counts, too: where they are merged at the visible points of camera paths, it is the less noisy the more of those there are.
+    pub(super) counts_merged: bool,
     /// Samples of each block over the mean of all, in the batch under way and in the next ones: what a batch settles counts from the second one after it on,
     /// so that the adapter need not wait for it.
     rates: Vec<f64>,
     next: Vec<f64>,
-    /// What camera paths brought to each pixel in the batch before, `[pixel]`, per sample.
+    /// What counts of each pixel in the batch before, `[pixel]`, per sample.
     before: Vec<f32>,
     /// Samples of that batch.
     spp_before: u32,
@@ -47,8 +49,8 @@ pub(super) struct Adaptive {
 }
 
 impl Adaptive {
-    /// Even rates.
-    pub(super) fn new(settings: &FilmSettings) -> Self {
+    /// Even rates, where light paths are merged or not.
+    pub(super) fn new(settings: &FilmSettings, merges: bool) -> Self {
         let bounds = settings.pixel_bounds();
         let across = bounds.width.div_ceil(8) as usize;
         let blocks = across * bounds.height.div_ceil(8) as usize;
@@ -57,6 +59,7 @@ impl Adaptive {
             bounds,
             across,
             by_luminance: is_visible(min_nm, max_nm),
+            counts_merged: merges,
             rates: vec![1.0; blocks],
             next: vec![1.0; blocks],
             before: vec![0.0; bounds.pixels()],
@@ -86,9 +89,9 @@ impl Adaptive {
         self.rates.clone_from(&self.next);
     }
 
-    /// Takes note of what camera paths alone brought to the pixels of `tile`, radiance and Y, at these rates of its blocks, as sums that stand for `spp`
-    /// samples each; `film` has had the batch. To be called for every tile, and then [`Adaptive::settle`].
-    pub(super) fn learn(&mut self, (tile, rates): (Tile, &[f64]), by_camera: &[[f32; 2]], spp: u32, film: &Film) {
+    /// Takes note of what camera paths brought to the pixels of `tile` (and light paths, where they count), radiance and Y, at these rates of its blocks, as sums that stand for
+    /// `spp` samples each; `film` has had the batch. To be called for every tile, and then [`Adaptive::settle`].
+    pub(super) fn learn(&mut self, (tile, rates): (Tile, &[f64]), found: &[[f32; 2]], spp: u32, film: &Film) {
         let is_pair = self.batches % 2 == 1 && self.mean > 0.0 && self.spp_before == spp;
         let floor = 0.01 * self.mean * self.mean;
         let (tile, width) = (tile.within(self.bounds), self.bounds.width as usize);
@@ -108,7 +111,7 @@ impl Adaptive {
             let samples = f64::from(spp) * rate(i);
             (value, known, samples * deviation * deviation / (known * known + floor))
         };
-        let of_pixels: Vec<(f32, f64, f64)> = by_camera.par_iter().with_min_len(1024).enumerate().map(of_pixel).collect();
+        let of_pixels: Vec<(f32, f64, f64)> = found.par_iter().with_min_len(1024).enumerate().map(of_pixel).collect();
         for (i, (value, known, squares)) in of_pixels.into_iter().enumerate() {
             let (x, y) = place(i);
             self.total += known;
@@ -132,8 +135,20 @@ impl Adaptive {
 
 impl Persistent for Adaptive {
     fn persist(&mut self, state: &mut State<'_>) -> io::Result<()> {
-        let Adaptive { bounds: _, across: _, by_luminance: _, rates, next, before, spp_before, total, mean, squares, batches } =
-            self;
+        let Adaptive {
+            bounds: _,
+            across: _,
+            by_luminance: _,
+            counts_merged: _,
+            rates,
+            next,
+            before,
+            spp_before,
+            total,
+            mean,
+            squares,
+            batches,
+        } = self;
         state.slice(rates)?;
         state.slice(next)?;
         state.slice(before)?;
@@ -205,7 +220,7 @@ mod tests {
     #[test]
     fn a_block_of_noise_has_more_samples_from_the_sixth_batch_on() {
         let settings = FilmSettings::new(16, 20, Bins { count: 2, min_nm: 400.0, max_nm: 700.0 });
-        let (mut adaptive, mut film) = (Adaptive::new(&settings), Film::new(&settings));
+        let (mut adaptive, mut film) = (Adaptive::new(&settings, false), Film::new(&settings));
         let tiles = [Tile { x: 0, y: 0, width: 16, height: 8 }, Tile { x: 0, y: 8, width: 16, height: 12 }];
         let all = |adaptive: &Adaptive| tiles.map(|tile| adaptive.rates(tile, 4)).concat();
         for batch in 0..4 {

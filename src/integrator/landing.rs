@@ -3,8 +3,9 @@
 
 use super::adaptive::Adaptive;
 use super::brightness::Brightness;
-use super::tile_sums::TileSums;
+use super::tile_sums::{TileSums, radiance_and_y};
 use crate::film::Film;
+use rayon::prelude::*;
 
 /// Sums on their way to the film; of one tile, since there is one place for them.
 #[derive(Debug, Default)]
@@ -37,7 +38,9 @@ impl Landing {
             seen.see((size.width, size.height), sums.tile, &values, sums.spp);
         }
         if let Some(adaptive) = adaptive {
-            adaptive.learn((sums.tile, &rates), &by_camera, sums.spp, film);
+            let by_all = || values.par_chunks_exact(sums.channels).map(radiance_and_y).collect();
+            let found = if adaptive.counts_merged { by_all() } else { by_camera };
+            adaptive.learn((sums.tile, &rates), &found, sums.spp, film);
             if ends_batch {
                 adaptive.settle(sums.spp);
             }

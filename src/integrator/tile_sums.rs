@@ -33,13 +33,19 @@ pub(super) struct TileSums {
 /// Of a pixel, by camera paths alone: radiance (sum over the bins) and Y.
 pub(super) type ByCamera = [f32; 2];
 
+/// Radiance and Y of a pixel's sums.
+pub(super) fn radiance_and_y(sums: &[f32]) -> [f32; 2] {
+    let bins = sums.len() - 3;
+    [sums[..bins].iter().sum(), sums[bins + 1]]
+}
+
 impl TileSums {
     /// The sums of a pixel, for which there is room in `sums`, by camera paths alone, and how many were cut since they are too large.
     fn pixel(&self, pixel: usize, sums: &mut [f32]) -> (ByCamera, u64) {
-        let (channels, bins) = (self.channels, self.channels - 3);
+        let channels = self.channels;
         let at = pixel * channels..(pixel + 1) * channels;
         let mut cut = self.by_camera(at.clone(), sums);
-        let by_camera = [sums[..bins].iter().sum(), sums[bins + 1]];
+        let by_camera = radiance_and_y(sums);
         for (i, (sum, quanta)) in sums.iter_mut().zip(self.quanta(at)).enumerate() {
             cut += with_splats(sum, *quanta, self.unit(i));
         }
@@ -78,12 +84,11 @@ impl TileSums {
     /// All sums, in `room` where they do not lie ready; by camera paths alone, and how many were cut.
     pub(super) fn all<'a>(&'a self, room: &'a mut Vec<f32>) -> (Cow<'a, [f32]>, Vec<ByCamera>, u64) {
         let lie_ready = self.earlier.is_empty() && self.splats.is_none() && !self.in_quanta;
-        let bins = self.channels - 3;
         let mut by_camera = vec![[0.0; 2]; self.pixels()];
         if lie_ready {
             let sums: &[f32] = cast_slice(&self.film);
             let pixels = sums.par_chunks_exact(self.channels).with_min_len(PIXELS);
-            pixels.zip(&mut by_camera).for_each(|(sums, of)| *of = [sums[..bins].iter().sum(), sums[bins + 1]]);
+            pixels.zip(&mut by_camera).for_each(|(sums, of)| *of = radiance_and_y(sums));
             return (Cow::Borrowed(sums), by_camera, 0);
         }
         room.resize(self.pixels() * self.channels, 0.0);

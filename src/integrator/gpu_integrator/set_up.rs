@@ -138,7 +138,7 @@ impl GpuIntegrator {
         let guide = plan.guides(gpu_scene.params.lights).map(|[axes, aims]| Guide::new(&gpu, axes, aims)).transpose()?;
         let seed = fold_seed(seed);
         let (wavelengths, bins) = (Wavelengths::new(scene), scene.film.bins);
-        let adaptive = plan.is_adaptive().then(|| Adaptive::new(&scene.film));
+        let adaptive = plan.is_adaptive().then(|| Adaptive::new(&scene.film, plan.has(Feature::Merging)));
         Ok(Self {
             gpu,
             plan,
