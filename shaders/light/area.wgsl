@@ -225,15 +225,16 @@ fn disc_of_target(light: Light, t: vec4f) -> DiscOfTarget {
 }
 
 // The density of a ray from `o` on the sphere along `d` among them, per solid angle and over that of a uniform point of the sphere.
-fn density_by_disc(light: Light, disc: DiscOfTarget, o: vec3f, d: vec3f, cos_theta: f32) -> f32 {
+fn density_by_disc(light: Light, disc: DiscOfTarget, t: vec4f, o: vec3f, d: vec3f, cos_theta: f32) -> f32 {
     let slant = dot(d, disc.axis);
-    let v = o - light.p0.xyz;
-    let q = v + (disc.distance - dot(v, disc.axis)) / slant * d;
-    let q2 = dot(q, q);
-    let beside2 = q2 - disc.distance * disc.distance;
+    // From the target's middle to where the ray meets the disc: differences of squared distances would lose a small target of a far lamp.
+    let v = o - t.xyz;
+    let beside = v - dot(v, disc.axis) / slant * d;
+    let beside2 = dot(beside, beside);
     if (cos_theta <= 0.0 || slant <= 0.0 || beside2 > disc.radius * disc.radius) {
         return 0.0;
     }
+    let q2 = disc.distance * disc.distance + beside2;
     let cosine = disc.distance * inverseSqrt(q2);
     let of_place = cosine * cosine * cosine / (disc.distance * disc.distance * 2.0 * PI * disc.one_minus_cos);
     let of_lamp = 1.0 / (2.0 * PI * sphere_one_minus_cos(light.p2.x, q2));
@@ -263,7 +264,7 @@ fn density_of_aiming(light: Light, o: vec3f, d: vec3f, cos_theta: f32) -> vec2f 
 #if LIGHT_SPHERE
         if (light.kind == LIGHT_KIND_SPHERE) {
             let disc = disc_of_target(light, t);
-            share = choice * select(1.0 / target_solid_angle(t, o), density_by_disc(light, disc, o, d, cos_theta), disc.radius > 0.0);
+            share = choice * select(1.0 / target_solid_angle(t, o), density_by_disc(light, disc, t, o, d, cos_theta), disc.radius > 0.0);
         }
 #endif
         met += select(0.0, share, choice > 0.0 && meets_target(t, o, d));
