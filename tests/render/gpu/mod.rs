@@ -9,6 +9,7 @@ mod crop;
 mod determinism;
 mod develop;
 mod directions;
+mod emission;
 mod errors;
 mod intersect;
 mod lens;
