@@ -9,7 +9,7 @@ use abbe::scene::{LoadOptions, load_str};
 use serde_json::json;
 use std::path::Path;
 
-/// Mean radiance of the film, and its standard error, of a glass ball of a centimetre on a floor. The lamp is a sphere at this distance, m, and of the same size
+/// Mean radiance of the film, and its standard error, of a glass ball of 2 cm on a floor. The lamp is a sphere at this distance, m, and of the same size
 /// to the ball at any.
 fn ball_under_a_lamp(distance: f64) -> (f64, f64) {
     let at = [0.37, 0.92, 0.13].map(|x| x * distance);
