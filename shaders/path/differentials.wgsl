@@ -82,20 +82,27 @@ fn scatter_differentials(d: vec3f) {
 #endif
 }
 
-// How far the end of the path at `p`, where the surface has normal `n` (in a medium the path's direction), moves per unit of the index: over the width of what the path
-// stands for, a pixel at least.
-fn shift_by_index(d: vec3f, p: vec3f, n: vec3f) -> f32 {
-    let t = distance(p, path.last_vertex);
-    let shift = by_index.p + t * by_index.d;
-#if CAMERA_PATHS
-    return shift_in_picture(d, shift, by_pixel_x.p + t * by_pixel_x.d, by_pixel_y.p + t * by_pixel_y.d);
-#else
-    let on_surface = shift - d * (dot(n, shift) / select(1e-4, dot(n, d), abs(dot(n, d)) > 1e-4));
-    let head = pass_head();
-    let width = head.merge_radius + head.merge_radius_per_metre * distance(p, params.origin.xyz) + path.spread * (path.chain + t);
-    return length(on_surface) / max(width, 1e-30);
-#endif
+#if LIGHT_PATHS
+// By how much the end of the path at `p`, where the surface has normal `n` (in a medium the path's direction), moves per unit of the index.
+fn landing_by(d: vec3f, p: vec3f, n: vec3f) -> vec3f {
+    let shift = by_index.p + distance(p, path.last_vertex) * by_index.d;
+    let along = dot(n, d);
+    return shift - d * (dot(n, shift) / select(1e-4, along, abs(along) > 1e-4));
 }
+
+// A move of the path's end at `p` over the width of what the path stands for, a pixel at least.
+fn in_widths(by: vec3f, p: vec3f) -> f32 {
+    let head = pass_head();
+    let way = path.chain + distance(p, path.last_vertex);
+    return length(by) / max(head.merge_radius + head.merge_radius_per_metre * distance(p, params.origin.xyz) + path.spread * way, 1e-30);
+}
+#else
+// How far the end of the path at `p` moves per unit of the index: over the width of what the path stands for, a pixel at least.
+fn shift_by_index(d: vec3f, p: vec3f) -> f32 {
+    let t = distance(p, path.last_vertex);
+    return shift_in_picture(d, by_index.p + t * by_index.d, by_pixel_x.p + t * by_pixel_x.d, by_pixel_y.p + t * by_pixel_y.d);
+}
+#endif
 
 #if CAMERA_PATHS
 // By how much of a pixel's width the path would have to start elsewhere, to end where it does.

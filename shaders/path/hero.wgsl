@@ -1,7 +1,7 @@
 // Where wavelengths part. At a dispersive refraction one of those that a path carries becomes its hero (Wilkie et al. 2014, "Hero wavelength spectral
-// sampling"), and the path goes its way. Where the path then scatters, or finds light, it keeps those that would have ended up within a part of a
-// pixel of it: each finds the mean of what its nearest neighbours find as heroes. That is a blur within a pixel, which shrinks from pass to pass as the radius of merging
-// does.
+// sampling"), and the path goes its way. Where the path then scatters, or finds light, it keeps those whose own ways would have ended near by: each finds the mean of
+// what its nearest neighbours find as heroes. Those of a camera path all end where the hero does, a blur within a pixel; those of a light path land each where it would have come
+// to by itself, up to the first order (Elek et al. 2014, "Spectral ray differentials"). How near they have to be shrinks from pass to pass as the radius of merging does.
 #include "common/sampler.wgsl"
 #include "common/spectra.wgsl"
 #include "path/state.wgsl"
@@ -14,34 +14,31 @@
 #endif
 
 #if LIGHT_PATHS
-// By what light paths choose their hero: a third each by what they carry, by its luminance, and as camera paths do. The path keeps those that may be chosen; the
-// share of each beyond them comes back.
+// By what light paths choose their hero: a third each by what they carry, by its luminance, and evenly. The path keeps those that may be chosen; the share of each beyond
+// them comes back.
 fn share_heroes(totally: u32) -> f32 {
     var carried = vec4f(0.0);
     var luminance = vec4f(0.0);
-    var of_camera = vec4f(0.0);
-    var all_of_camera = vec4f(0.0);
-    var chosen = BELOW | ABOVE;
+    var chosen = 0u;
     for (var k = 0u; k < WAVELENGTHS4; k++) {
-        let is_carried = beta[k] > vec4f(0.0);
-        carried += beta[k];
-        luminance += beta[k] * spectrum(ROW_Y, k);
-        all_of_camera += spectrum(ROW_HERO, k);
-        of_camera += select(vec4f(0.0), spectrum(ROW_HERO, k), is_carried);
-        chosen |= as_set(is_carried, k);
+        // The last vector may have more components than there are wavelengths.
+        let throughput = select(vec4f(0.0), beta[k], is_in(ALL_WAVELENGTHS, k));
+        carried += throughput;
+        luminance += throughput * spectrum(ROW_Y, k);
+        chosen |= as_set(throughput > vec4f(0.0), k);
     }
-    path.kept &= chosen & ~totally;
+    path.kept &= (chosen | BELOW | ABOVE) & ~totally;
     let range = hero_range();
     let ends = vec2i(carried_wavelengths());
-    let beyond = select(0.0, (1.0 - sum4(all_of_camera)) / f32(2u * max(BEYOND, 1u)), range.y - range.x > ends.y - ends.x);
-    let by = vec3f(sum4(carried), sum4(luminance), sum4(of_camera) + beyond * f32((range.y - range.x) - (ends.y - ends.x)));
+    let beyond = f32((range.y - range.x) - (ends.y - ends.x));
+    let by = vec3f(sum4(carried), sum4(luminance), f32(countOneBits(chosen)) + beyond);
     // Light that nobody sees has no luminance.
     let share = select(vec3f(0.0), 1.0 / by, by > vec3f(0.0)) / select(2.0, 3.0, by.y > 0.0);
     for (var k = 0u; k < WAVELENGTHS4; k++) {
-        let of_each = beta[k] * (share.x + share.y * spectrum(ROW_Y, k)) + share.z * spectrum(ROW_HERO, k);
+        let of_each = beta[k] * (share.x + share.y * spectrum(ROW_Y, k)) + share.z;
         hero_shares[k] = select(vec4f(0.0), of_each, is_in(chosen, k));
     }
-    return share.z * beyond;
+    return share.z;
 }
 #endif
 
@@ -208,17 +205,50 @@ fn keep_within(width: f32) {
         beta[k] *= select(vec4f(0.0), path.hero_weight * balance / vec4f(ways), goes_on);
         path.kept |= as_set(goes_on, k);
     }
+#if LIGHT_PATHS
+    let of_hero = ratio_at(path.hero_far, path.hero_near, path.hero);
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        from_hero[k] = index[k] - of_hero;
+    }
+#endif
     path.hero = NO_HERO;
     // What is rarely kept must not outlive what is often kept.
     path.start *= safe_ratio(sum_beta(), sum_before);
 }
 
-// Where a path has come to its hero's end at `p`, along `d`: of the normal `n` there, in a medium along `d`. What is neither diffuse nor a lamp would show that
-// directions differ: there the hero goes on alone.
-fn keep_near_hero(d: vec3f, p: vec3f, n: vec3f, is_diffuse: bool) {
-    if (path.hero != NO_HERO) {
-        keep_within(select(0.0, pass_head().blur / max(shift_by_index(d, p, n), 1e-6), is_diffuse));
+#if LIGHT_PATHS
+// Wavelengths that land apart may be this many times as far apart as those that end in one place. Measured: src/README.md.
+const REACH_OF_LANDING = 4.0;
+
+// Least and greatest of `from_hero` among the wavelengths that the path keeps.
+fn landing_ends() -> vec2f {
+    var ends = vec2f(0.0);
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        let apart = select(vec4f(0.0), from_hero[k], is_in(path.kept & ALL_WAVELENGTHS, k));
+        ends = vec2f(min(ends.x, min(min(apart.x, apart.y), min(apart.z, apart.w))), max(ends.y, max4(apart)));
     }
+    return ends;
+}
+#endif
+
+// Where a path has come to its hero's end at `p`, along `d`: of the normal `n` there, in a medium along `d`. What is neither diffuse nor a lamp would show that
+// directions differ: there the hero goes on alone. Wavelengths of a light path land apart where all around is alike (`is_plain`), and where they come from a lamp without being
+// scattered: what has been is spread too wide for its place to matter.
+fn keep_near_hero(d: vec3f, p: vec3f, n: vec3f, is_diffuse: bool, is_plain: bool) {
+    if (path.hero == NO_HERO) {
+        return;
+    }
+#if LIGHT_PATHS
+    let by = landing_by(d, p, n);
+    let widths = in_widths(by, p);
+    let lands_apart = is_diffuse && is_plain && path.spread == 0.0 && widths < 1e6;
+    landing_by_index = select(vec3f(0.0), by, lands_apart);
+    let reach = select(1.0, REACH_OF_LANDING, lands_apart);
+#else
+    let widths = shift_by_index(d, p);
+    let reach = 1.0;
+#endif
+    keep_within(select(0.0, reach * pass_head().blur / max(widths, 1e-6), is_diffuse));
 }
 
 #if CAMERA_PATHS

@@ -133,6 +133,12 @@ fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function
 @group(0) @binding(16) var points: WrittenTable<vec4f, PointLink, VisiblePoint, PointSheen, PointSegment>;
 @group(0) @binding(17) var<storage, read> heads: array<u32>;
 
+// Squared distance of `p` from what lies between the origin and `end`.
+fn distance2_from_line(p: vec3f, end: vec3f) -> f32 {
+    let v = p - clamp(dot(p, end) / max(dot(end, end), 1e-30), 0.0, 1.0) * end;
+    return dot(v, v);
+}
+
 // Adds this vertex, the path's of this number, to all points around it, `weight` times. The path arrives along `d`, as facets have it; normals are on the side
 // that a surface is lit from.
 fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
@@ -142,25 +148,39 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
     let medium = load_Interior(ruling_interior(inside));
 #endif
     let in_fog = v.extinction > 0.0;
-    // The lower of the two cells along each axis that the largest kernel can reach into.
+    // Cells that the largest kernel can reach into: two along each axis, and more where wavelengths land apart, between these ends.
     let reach = kernel_reach(in_fog);
-    let first = cell_of(v.p - reach, in_fog);
-    var corner = 0u;
-    var cell: vec3i;
+    var by = vec3f(0.0);
+    var lands = vec2f(0.0);
+#if DISPERSION
+    by = landing_by_index;
+    lands = landing_ends();
+#endif
+    let ends = array(v.p + lands.x * by, v.p + lands.y * by);
+    let between = ends[1] - ends[0];
+    let first = cell_of(min(ends[0], ends[1]) - reach, in_fog);
+    let last = cell_of(max(ends[0], ends[1]) + reach, in_fog);
+    var cell = first;
+    var ahead = first; // the cell after that
     var next = 0u;
     loop {
         // The next point within reach. Software drivers execute all of a loop for each of its turns, so that this one has little in it.
         var found = NONE;
-        while (found == NONE && (next != 0u || corner < 8u)) {
+        while (found == NONE && (next != 0u || ahead.z <= last.z)) {
             if (next == 0u) {
-                cell = first + vec3i(vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u));
+                cell = ahead;
                 next = heads[cell_head(cell, pass_index)];
-                corner += 1u;
+                let ends_row = cell.x == last.x;
+                let ends_plane = ends_row && cell.y == last.y;
+                ahead = vec3i(
+                    select(cell.x + 1, first.x, ends_row),
+                    select(select(cell.y, cell.y + 1, ends_row), first.y, ends_plane),
+                    select(cell.z, cell.z + 1, ends_plane),
+                );
             }
             if (next != 0u) {
                 let link = load_PointLink(next - 1u);
-                let to_point = vec3f(link.x, link.y, link.z) - v.p;
-                found = select(NONE, next - 1u, dot(to_point, to_point) < reach * reach);
+                found = select(NONE, next - 1u, distance2_from_line(vec3f(link.x, link.y, link.z) - ends[0], between) < reach * reach);
                 next = link.next;
             }
         }
@@ -177,9 +197,8 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         let about = point.about;
         // What both carry.
         let carried = vec2u(max(own.x, (about >> 8u) & 0x1fu), min(own.y, (about >> 13u) & 0x1fu));
-        let in_part = select(0.0, -dot(to_point, normal), in_fog); // from the middle of the kernel's part to the vertex, on the camera ray
-        let is_around = dot(to_point, to_point) - in_part * in_part <= radius * radius && in_part >= -radius && in_part < radius;
         // Another cell of the same head may hold the point, and have it looked at a second time.
+        let is_around = distance2_from_line(place - ends[0], between) <= radius * radius * select(1.0, 2.0, in_fog);
         if (!is_around || (about & 0xffu) != pass_index || any(cell_of(place, in_fog) != cell) || carried.x > carried.y
             || (about >= FOG_POINT) != in_fog) {
             continue;
@@ -190,18 +209,10 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         }
         var camera = v;
         var factor = weight;
-        var kernel = PI * radius * radius;
-        var along = 0.0; // from the point to the vertex, on the camera ray
 #if SCATTERING
+        let segment = load_PointSegment_at(at + POINT_SEGMENT);
+        let half_length = fog_kernel(radius, v.extinction);
         if (in_fog) {
-            // As much of the kernel as the camera ray has around the vertex, so that no light is lost where it ends.
-            let segment = load_PointSegment_at(at + POINT_SEGMENT);
-            along = in_part + part_of_kernel(found % POINT_LINKS) * radius;
-            let half_length = fog_kernel(radius, v.extinction);
-            if (abs(along) > half_length || along < -segment.before - radius || along > segment.behind + radius) {
-                continue;
-            }
-            kernel *= max(min(segment.behind, along + half_length) + min(segment.before, half_length - along), 1e-6 * half_length);
             camera.pdf_rev = phase_hg(-dot(normal, d), bitcast<f32>(point.medium_or_coat));
             factor *= camera.pdf_rev;
         }
@@ -223,13 +234,36 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         look_at_coat(&there, load_Material(select(there.coat, 0u, there.coat == NONE)));
         var out = coat_transmittance(&there, min(abs(dot(normal, d)), 1.0));
 #endif
-        let w = factor / (kernel * (1.0 + safe_ratio(others, merged)));
+        let w = factor / (1.0 + safe_ratio(others, merged));
         for (var k = 0u; k < WAVELENGTHS4; k++) {
-            Ld[k] = w * beta[k] * load_points(at + POINT_HEAD + k);
-#if SCATTERING
-            // As far as the vertex, not as the point.
-            Ld[k] *= select(vec4f(1.0), exp(-along * sigma_t(medium, k)), in_fog);
+            // Each from where it lands.
+            var apart = vec4f(0.0);
+#if DISPERSION
+            apart = from_hero[k];
 #endif
+            let to_x = to_point.x - apart * by.x;
+            let to_y = to_point.y - apart * by.y;
+            let to_z = to_point.z - apart * by.z;
+            var distance2 = to_x * to_x + to_y * to_y + to_z * to_z;
+            var density = vec4f(1.0 / (PI * radius * radius));
+#if SCATTERING
+            if (in_fog) {
+                // From the middle of the kernel's part to the vertex, and from the point, on the camera ray.
+                let in_part = -(to_x * normal.x + to_y * normal.y + to_z * normal.z);
+                let along = in_part + part_of_kernel(found % POINT_LINKS) * radius;
+                distance2 -= in_part * in_part;
+                // As much of the kernel as the camera ray has around the vertex, so that no light is lost where it ends.
+                let length = min(vec4f(segment.behind), along + half_length) + min(vec4f(segment.before), half_length - along);
+                density /= max(length, vec4f(1e-6 * half_length));
+                // Light is dimmed as far as the vertex, not as the point.
+                density *= exp(-along * sigma_t(medium, k));
+                let is_within = (in_part >= vec4f(-radius)) & (in_part < vec4f(radius)) & (abs(along) <= vec4f(half_length))
+                    & (along >= vec4f(-segment.before - radius)) & (along <= vec4f(segment.behind + radius));
+                density = select(vec4f(0.0), density, is_within);
+            }
+#endif
+            density = select(vec4f(0.0), density, distance2 <= vec4f(radius * radius));
+            Ld[k] = w * density * beta[k] * load_points(at + POINT_HEAD + k);
 #if COAT
             Ld[k] *= if_coated(&there, out[k]);
 #endif
@@ -238,7 +272,7 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         for (var k = 0u; k < WAVELENGTHS4; k++) {
             landed_pixel[k] = vec4u(load_points(at + POINT_HEAD + WAVELENGTHS4 + k)) - 1u;
         }
-        splat_landed();
+        splat_landed(carried);
 #else
         let pixel = point.pixel;
         splat_pixel = vec2u(pixel % params.image_width, pixel / params.image_width);

@@ -241,6 +241,18 @@ fn may_scatter_diffusely(index: u32, hit: Hit) -> bool {
 }
 #endif
 
+#if DISPERSION
+// Whether the material `index` is the same all over a surface. Where others are under it, it may not be.
+fn is_plain(index: u32) -> bool {
+#if TEXTURES || COMPOSITE
+    let m = load_Material(index);
+    return m.texture == NONE && m.kind != MATERIAL_KIND_MIX && m.kind != MATERIAL_KIND_COATED && m.kind != MATERIAL_KIND_SHEEN && m.kind != MATERIAL_KIND_GRADED;
+#else
+    return true;
+#endif
+}
+#endif
+
 #if INTERIORS
 // Whether a path cannot go on, since too many volumes overlap beyond; counts it.
 fn is_crowded(sides: Sides) -> bool {
@@ -339,7 +351,7 @@ fn meet_surface(ray: Ray, hit: Hit, at: ptr<function, Interaction>) -> Met {
     }
 #endif
     if (is_diffuse || !is_specular(load_Material(index))) {
-        keep_near_hero(ray.d, s.p, s.n, is_diffuse);
+        keep_near_hero(ray.d, s.p, s.n, is_diffuse, is_plain(material_of(hit.primitive)));
     }
 #endif
 #if CAMERA_PATHS
@@ -433,6 +445,9 @@ fn meet_surface(ray: Ray, hit: Hit, at: ptr<function, Interaction>) -> Met {
 fn next_vertex(ray: Ray, hit: Hit) -> Ray {
     draw_event();
 #if LIGHT_PATHS
+#if DISPERSION
+    landing_by_index = vec3f(0.0);
+#endif
 #if CROSSINGS
     record_crossing(ray, hit.t);
 #endif
@@ -447,7 +462,7 @@ fn next_vertex(ray: Ray, hit: Hit) -> Ray {
     if (scatters_before) {
         at = in_medium(ray, t, hit.t, load_Interior(medium));
 #if DISPERSION
-        keep_near_hero(ray.d, at.s.p, ray.d, true);
+        keep_near_hero(ray.d, at.s.p, ray.d, true, true);
 #endif
 #if LIGHT_PATHS
 #if MERGING
@@ -560,8 +575,8 @@ fn next_event(from_vertex: Ray) -> Ray {
     }
     if (path.connects) {
 #if LIGHT_PATHS
-#if SENSOR_LENS
-        splat_landed();
+#if SENSOR_LENS || DISPERSION
+        splat_landed(carried_wavelengths());
 #else
         splat(carried_wavelengths());
 #endif

@@ -158,7 +158,7 @@ fn connect(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
 }
 
 fn light_spectrum(light: LightSample, k: u32) -> vec4f {
-#if SENSOR_LENS
+#if SENSOR_LENS || DISPERSION
     return landed_weight[k];
 #else
     return vec4f(1.0);
@@ -242,7 +242,7 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
 #if CONTACT
     // What touches glass is known only now.
     if (!specular) {
-        keep_near_hero(ray.d, s.p, (*at).n, is_merging(b.m.kind));
+        keep_near_hero(ray.d, s.p, (*at).n, is_merging(b.m.kind), false);
     }
 #endif
 #endif

@@ -131,6 +131,9 @@ var<private> by_pixel_x: Differential; // per width of a pixel's kernel
 var<private> by_pixel_y: Differential;
 #else
 var<private> hero_shares: array<vec4f, WAVELENGTHS4>; // by which the path chooses its hero
+// Where wavelengths land around the vertex at hand: what it moves by per unit of the index, and how far theirs are from the hero's.
+var<private> landing_by_index: vec3f;
+var<private> from_hero: array<vec4f, WAVELENGTHS4>;
 #endif
 #endif
 

@@ -17,9 +17,12 @@
 #endif
 #include "sensor/quanta.wgsl"
 #if SENSOR_CAMERA
-#include "sensor/filter.wgsl"
+#include "sensor/landing.wgsl"
 #endif
 #if SENSOR_LENS
+#include "sensor/lens.wgsl"
+#endif
+#if SENSOR_LENS || DISPERSION
 #include "sensor/splat_landed.wgsl"
 #endif
 
@@ -97,17 +100,44 @@ fn connect_to_sensor(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     return s;
 }
 #elif SENSOR_CAMERA
-// The camera as a light sample: `weight` times the flux density scattered towards `wi` is radiance in the pixel `splat_pixel`.
+struct OnFilm {
+    column: vec4f, // pixels
+    row: vec4f,
+    is_before: vec4<bool>,
+}
+
+// Where four points around the vertex are seen, from which `v` leads to the sensor: of wavelengths whose indices are by so much more than the hero's. `lens` is what
+// a place on the lens moves the picture by.
+fn on_film(v: vec3f, apart: vec4f, lens: vec2f) -> OnFilm {
+    let size = vec2f(f32(params.image_width), f32(params.image_height));
+    let axes = mat3x3f(params.axis_x.xyz, params.axis_y.xyz, params.axis_z.xyz);
+    let to_sensor = v * axes;
+    var by = vec3f(0.0);
+#if DISPERSION
+    by = landing_by_index * axes;
+#endif
+    let z = to_sensor.z - apart * by.z;
+    var x = apart * by.x - to_sensor.x;
+    var y = apart * by.y - to_sensor.y;
+#if SENSOR_PERSPECTIVE
+    x = x / z + lens.x;
+    y = y / z + lens.y;
+#endif
+    return OnFilm((0.5 + 0.5 * x / params.half_extent.x) * size.x, (0.5 - 0.5 * y / params.half_extent.y) * size.y, z > vec4f(0.0));
+}
+
+// The camera as a light sample: `weight` times the flux density scattered towards `wi` is radiance in the pixel `splat_pixel`, or times landed_weight what each
+// wavelength adds to where it lands.
 fn connect_to_sensor(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     var s = no_light();
-    let size = vec2f(f32(params.image_width), f32(params.image_height));
-    var q: vec2f;
+    let choices = vec2f(u_choice, fract(u_choice * 4096.0));
+    var lens = vec2f(0.0);
 #if SENSOR_PERSPECTIVE
     var eye = params.origin.xyz;
-    var lens = vec2f(0.0);
 #if LENS
     lens = params.half_extent.z * sample_disc(u);
     eye += lens.x * params.axis_x.xyz + lens.y * params.axis_y.xyz;
+    lens /= params.half_extent.w;
 #endif
     let v = eye - p;
     let d2 = dot(v, v);
@@ -116,37 +146,39 @@ fn connect_to_sensor(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     }
     s.distance = sqrt(d2);
     s.wi = v / s.distance;
-    let z = dot(s.wi, params.axis_z.xyz);
-    if (z <= 0.0) {
-        return s;
-    }
-    q = vec2f(-dot(s.wi, params.axis_x.xyz), -dot(s.wi, params.axis_y.xyz)) / z;
-#if LENS
-    q += lens / params.half_extent.w;
-#endif
+    let is_before = dot(s.wi, params.axis_z.xyz) > 0.0;
 #else
     let v = params.origin.xyz - p;
     s.wi = params.axis_z.xyz;
     s.distance = dot(v, s.wi);
-    if (s.distance <= 0.0) {
-        return s;
-    }
-    q = -vec2f(dot(v, params.axis_x.xyz), dot(v, params.axis_y.xyz));
+    let is_before = s.distance > 0.0;
 #endif
-    let at = (0.5 + vec2f(0.5, -0.5) * q / params.half_extent.xy) * size;
-    // Beside the picture nothing is chosen; far beside it, steps of one pixel would be lost in rounding and never end.
-    if (any(at < vec2f(-params.filter_reach)) || any(at > size + params.filter_reach)) {
+    if (!is_before) {
         return s;
     }
-    let column = choose_pixel(at.x, u_choice);
-    let row = choose_pixel(at.y, fract(u_choice * 4096.0));
-    if (column.x < 0.0 || row.x < 0.0 || column.x >= size.x || row.x >= size.y) {
-        return s;
+    var lands = false;
+#if DISPERSION
+    for (var k = 0u; k < WAVELENGTHS4; k++) {
+        let at = on_film(v, from_hero[k], lens);
+        lands |= any(land_in_pixels(k, at.column, at.row, at.is_before & (beta[k] > vec4f(0.0)), choices) > vec4f(0.0));
+    }
+    s.weight = 1.0;
+#else
+    let at = on_film(v, vec4f(0.0), lens);
+    let low = vec2f(f32(params.tile_x), f32(params.tile_y));
+    let high = low + vec2f(f32(params.tile_width), f32(params.tile_height));
+    let column = choose_pixels(at.column, choices.x, low.x, high.x);
+    let row = choose_pixels(at.row, choices.y, low.y, high.y);
+    s.weight = column.total.x * row.total.x;
+    lands = s.weight > 0.0;
+    splat_pixel = vec2u(u32(max(column.pixel.x, 0.0)), u32(max(row.pixel.x, 0.0)));
+#endif
+    if (!lands) {
+        return no_light();
     }
     s.density = sensor_density(s.wi, s.distance * s.distance);
-    s.weight = s.density * column.y * row.y;
+    s.weight *= s.density;
     s.distance *= 1.0 - params.origin.w;
-    splat_pixel = vec2u(u32(column.x), u32(row.x));
     return s;
 }
 #endif

@@ -5,7 +5,12 @@
 #include "common/params.wgsl"
 #include "common/math.wgsl"
 #include "common/spectra.wgsl"
-#include "sensor/filter.wgsl"
+#include "sensor/landing.wgsl"
+#if DISPERSION
+#if LIGHT_PATHS
+#include "path/state.wgsl"
+#endif
+#endif
 
 @group(0) @binding(25) var<uniform> lens: array<LensSurface, LENS_SURFACES>;
 @group(0) @binding(26) var<uniform> pupil_bounds: array<vec4f, LENS_BOUNDS>;
@@ -156,62 +161,34 @@ fn sample_pupil(film: vec2f, disc: vec2f) -> vec2f {
     return vec2f(along.x * q.x - along.y * q.y, along.y * q.x + along.x * q.y);
 }
 
-// One of the pixels from `low` on, below `high`, whose filter covers `x` (pixels), by its weight; and the sum of their weights.
-struct Chosen {
-    pixel: vec4f,
-    total: vec4f,
-}
-
-fn choose_pixels(x: vec4f, u: f32, low: f32, high: f32) -> Chosen {
-    var chosen = Chosen(vec4f(-1.0), vec4f(0.0));
-    var v = vec4f(u);
-    let reach = ceil(params.filter_reach);
-    for (var step = -reach; step <= reach; step += 1.0) {
-        let p = floor(x) + step;
-        let w = select(vec4f(0.0), filter_weights(x - 0.5 - p), (p >= vec4f(low)) & (p < vec4f(high)));
-        let total = chosen.total + w;
-        // Reservoir of one: keeps p with probability w / total.
-        let keep = (w > vec4f(0.0)) & (v * total < w);
-        chosen.pixel = select(chosen.pixel, p, keep);
-        // Pixels that are not covered leave the number as it is.
-        let rest = select((v * total - w) / max(total - w, vec4f(1e-20)), v * total / max(w, vec4f(1e-20)), keep);
-        v = select(v, rest, w > vec4f(0.0));
-        chosen.total = total;
-    }
-    return chosen;
-}
-
-// Where each wavelength of the ray at hand arrives, number of the pixel within the tile or NONE; and what radiance along the ray counts there, but for the
-// density of the ray.
-var<private> landed_pixel: array<vec4u, WAVELENGTHS4>;
-var<private> landed_weight: array<vec4f, WAVELENGTHS4>;
-
 // Brings a ray from before the lens to the film. Returns the density with which camera paths of the tile take it, in the mean over their leading
 // wavelengths, per etendue; times the area of a pixel.
 fn land(o: vec3f, d: vec3f, u: vec2f) -> f32 {
     let size = vec2f(f32(params.image_width), f32(params.image_height));
-    let low = vec2f(f32(params.tile_x), f32(params.tile_y));
-    let high = low + vec2f(f32(params.tile_width), f32(params.tile_height));
     let gap = params.dual_u.y - params.dual_u.z;
     var density = vec4f(0.0);
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         let is_wavelength = vec4u(4u * k, 4u * k + 1u, 4u * k + 2u, 4u * k + 3u) < vec4u(WAVELENGTHS);
-        let r = trace_lens(four_rays(o, d), k, true);
+        var start = four_rays(o, d);
+#if DISPERSION
+#if LIGHT_PATHS
+        let by = lens_from_world(landing_by_index);
+        start.ox += by.x * from_hero[k];
+        start.oy += by.y * from_hero[k];
+        start.oz += by.z * from_hero[k];
+#endif
+#endif
+        let r = trace_lens(start, k, true);
         let arrives = (r.weight > vec4f(0.0)) & is_wavelength;
         let to_film = (params.dual_u.y - r.oz) / r.dz;
         let x = select(vec4f(1e3), r.ox + to_film * r.dx, arrives);
         let y = select(vec4f(1e3), r.oy + to_film * r.dy, arrives);
         // The image is upside down.
-        let margin = params.filter_reach + 1.0;
-        let column = clamp((0.5 - 0.5 * x / params.half_extent.x) * size.x, vec4f(low.x - margin), vec4f(high.x + margin));
-        let row = clamp((0.5 + 0.5 * y / params.half_extent.y) * size.y, vec4f(low.y - margin), vec4f(high.y + margin));
-        let columns = choose_pixels(column, u.x, low.x, high.x);
-        let rows = choose_pixels(row, u.y, low.y, high.y);
-        let share = columns.total * rows.total;
-        let lands = arrives & (share > vec4f(0.0));
-        let at = select(vec4f(0.0), (rows.pixel - low.y) * f32(params.tile_width) + columns.pixel - low.x, lands);
-        landed_pixel[k] = select(vec4u(NONE), vec4u(at), lands);
-        landed_weight[k] = select(vec4f(0.0), r.weight * share / params.dual_v.y, lands);
+        let column = (0.5 - 0.5 * x / params.half_extent.x) * size.x;
+        let row = (0.5 + 0.5 * y / params.half_extent.y) * size.y;
+        let share = land_in_pixels(k, column, row, arrives, u);
+        let lands = share > vec4f(0.0);
+        landed_weight[k] *= r.weight / params.dual_v.y;
         // The place in the exit pupil, seen from where it arrives.
         let to_pupil = (params.dual_u.z - r.oz) / r.dz;
         let px = r.ox + to_pupil * r.dx;

@@ -1,9 +1,9 @@
-// Splats of what a lens brings to the film: every wavelength into its own pixel.
+// Splats of what lands apart: every wavelength into its own pixel.
 #include "common/math.wgsl"
 #include "common/sampler.wgsl"
 #include "common/spectra.wgsl"
 #include "common/counters.wgsl"
-#include "sensor/lens.wgsl"
+#include "sensor/landing.wgsl"
 #include "sensor/quanta.wgsl"
 #include "path/state.wgsl"
 #if LIGHT_PATHS
@@ -12,8 +12,8 @@
 #endif
 #endif
 
-// Adds `Ld` to the pixels where its wavelengths have landed.
-fn splat_landed() {
+// Adds `Ld` to the pixels where its wavelengths have landed, from the first to the last of `carried`.
+fn splat_landed(carried: vec2u) {
     var total = vec4f(0.0);
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         total += Ld[k] * spectrum(ROW_BIN, k);
@@ -39,43 +39,51 @@ fn splat_landed() {
 #endif
 #endif
     let u = unit_float(hash2(hash2(sampler_pixel, sampler_dimension), sampler_index));
-    // Neighbouring wavelengths mostly land in one pixel: their X, Y, Z are added together.
+    // One addition in each turn: software drivers execute whatever is within a loop, needed or not. Neighbouring wavelengths mostly land in one pixel: their X, Y, Z are added
+    // together, in three turns after them.
     var held = NONE;
     var xyz = vec3f(0.0);
-    for (var k = 0u; k < WAVELENGTHS4; k++) {
-        let value = Ld[k] * params.inverse_quantum;
-        let in_bin = value * spectrum(ROW_BIN, k);
-        let x = value * spectrum(ROW_X, k);
-        let y = value * spectrum(ROW_Y, k);
-        let z = value * spectrum(ROW_Z, k);
-        let pixels = landed_pixel[k];
-        for (var c = 0u; c < 4u; c++) {
-            let pixel = select(select(pixels.x, pixels.y, c == 1u), select(pixels.z, pixels.w, c == 3u), c >= 2u);
-#if MANY_BINS
-            let bin = wavelength_bins[pass_of_path * WAVELENGTHS + min(4u * k + c, WAVELENGTHS - 1u)];
-#else
-            let bin = 4u * k + c;
-#endif
-            if (pixel != NONE) {
-                if (pixel != held) {
-                    add_xyz(held, xyz, u);
-                    held = pixel;
-                    xyz = vec3f(0.0);
-                }
-                xyz += vec3f(component(x, c), component(y, c), component(z, c));
-                add_quanta(pixel * (BINS + 3u) + bin, component(in_bin, c), u);
-            }
+    var added = 3u; // of X, Y, Z
+    var i = carried.x;
+    loop {
+        let is_bin = i <= carried.y;
+        var pixel = NONE;
+        var light = 0.0;
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
+            // Sums with one term each: an index into an array that differs between lanes is slow.
+            let of_wavelength = one_hot(i, k);
+            light += dot(Ld[k], of_wavelength);
+            let pixels = select(vec4u(NONE), landed_pixel[k], of_wavelength > vec4f(0.0));
+            pixel = min(pixel, min(min(pixels.x, pixels.y), min(pixels.z, pixels.w)));
         }
-    }
-    add_xyz(held, xyz, u);
-}
-
-fn add_xyz(pixel: u32, xyz: vec3f, u: f32) {
-    if (pixel == NONE) {
-        return;
-    }
-    for (var i = 0u; i < 3u; i++) {
-        add_quanta(pixel * (BINS + 3u) + BINS + i, component(vec4f(xyz, 0.0), i) / f32(XYZ_RATIO), u);
+        pixel = select(pixel, held, is_bin && pixel == NONE);
+#if MANY_BINS
+        let bin = wavelength_bins[pass_of_path * WAVELENGTHS + min(i, WAVELENGTHS - 1u)];
+#else
+        let bin = i;
+#endif
+        let is_xyz = pixel != held && added < 3u;
+        var index = held * (BINS + 3u) + BINS + added;
+        var value = 0.0;
+        if (is_xyz) {
+            value = component(vec4f(xyz, 0.0), added) / f32(XYZ_RATIO);
+            added += 1u;
+        } else {
+            if (!is_bin) {
+                break;
+            }
+            xyz = select(xyz, vec3f(0.0), pixel != held);
+            held = pixel;
+            added = select(0u, 3u, held == NONE);
+            index = held * (BINS + 3u) + bin;
+            let at = min(i, WAVELENGTHS - 1u);
+            value = light * spectrum_at(ROW_BIN, at);
+            xyz += light * vec3f(spectrum_at(ROW_X, at), spectrum_at(ROW_Y, at), spectrum_at(ROW_Z, at));
+            i += 1u;
+        }
+        if (held != NONE) {
+            add_quanta(index, value * params.inverse_quantum, u);
+        }
     }
 }
 
@@ -94,6 +102,6 @@ fn splat_sample() {
         atomicAdd(&counters[COUNTER_NEGATIVE], 1u);
         return;
     }
-    splat_landed();
+    splat_landed(vec2u(0u, WAVELENGTHS - 1u));
 }
 #endif

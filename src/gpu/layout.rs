@@ -132,10 +132,8 @@ shared_constants! {
     ROW_X = 1;
     /// ... Y ...
     ROW_Y = 2;
-    /// ... and Z; ...
+    /// ... and Z.
     ROW_Z = 3;
-    /// ... the probability of each wavelength sample to be the hero of camera paths.
-    ROW_HERO = 4;
     /// Quanta of X, Y, Z are this much larger than those of bins, as their values are.
     XYZ_RATIO = 13660;
 }

@@ -168,18 +168,18 @@ impl GpuIntegrator {
                 spread: (SPREAD * shrinkage(number)) as f32,
             };
             let mut table: Vec<Vec4> = cast_slice(&[head]).to_vec();
-            let of_film: Vec<[f64; 5]> = sampled
+            let of_film: Vec<[f64; 4]> = sampled
                 .iter()
-                .zip(self.wavelengths.hero_probabilities())
-                .map(|((nm, pdf), share)| {
+                .map(|(nm, pdf)| {
                     let [x, y, z] = cmf.eval(*nm).map(|v| K_M * v / pdf);
-                    [1.0 / (pdf * self.bins.width_nm()), x, y, z, share]
+                    [1.0 / (pdf * self.bins.width_nm()), x, y, z]
                 })
                 .collect();
             for row in &self.scene.rows {
                 let mut values: Vec<f32> =
                     sampled.iter().zip(&of_film).map(|((nm, _), film)| row.eval(*nm, film) as f32).collect();
-                values.resize(wavelengths.next_multiple_of(4), row.padding());
+                // Wavelengths that only fill up the last vector carry no light: 1 keeps ratios of indices finite, and none of them is kept.
+                values.resize(wavelengths.next_multiple_of(4), 1.0);
                 table.extend(values.chunks_exact(4).map(Vec4::from_slice));
             }
             (table, wavelength_bins)

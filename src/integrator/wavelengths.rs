@@ -141,13 +141,6 @@ impl Wavelengths {
         })
     }
 
-    /// Probability of each wavelength of the film to be the hero of a camera path.
-    pub fn hero_probabilities(&self) -> impl Iterator<Item = f64> {
-        let total = self.hero_cdf[self.hero_cdf.len() - 1];
-        let beyond = (self.hero_cdf.len() - 1 - self.strata.len()) / 2;
-        self.hero_cdf[beyond..].windows(2).map(move |upto| (upto[1] - upto[0]) / total)
-    }
-
     /// Of so many wavelengths that a path carries, how many on either side of the film's range are heroes as well: those at its ends share their ways. None where a set
     /// of bits has no room to tell (shaders/path/hero.wgsl).
     pub fn beyond(wavelengths: u32) -> u32 {

@@ -9,8 +9,7 @@ use std::sync::Arc;
 /// What one row of the per-pass spectral table holds.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SpectrumRow {
-    /// A number of each wavelength sample, of [`layout::ROW_BIN`] and the others: the film's weights, 1 / (pdf of the wavelength x bin width) for bins;
-    /// the probability of the sample to be kept.
+    /// A number of each wavelength sample, of [`layout::ROW_BIN`] and the others: the film's weights, 1 / (pdf of the wavelength x bin width) for bins.
     OfSample(u32),
     /// A spectrum.
     Spectrum(Spectrum),
@@ -26,7 +25,7 @@ pub enum SpectrumRow {
 
 impl SpectrumRow {
     /// Value at `nm`; `of_sample` are the wavelength sample's own, in the order of the first rows.
-    pub fn eval(&self, nm: f64, of_sample: &[f64; 5]) -> f64 {
+    pub fn eval(&self, nm: f64, of_sample: &[f64; 4]) -> f64 {
         match self {
             SpectrumRow::OfSample(i) => of_sample[*i as usize],
             SpectrumRow::Spectrum(s) => s.eval(nm),
@@ -35,11 +34,6 @@ impl SpectrumRow {
             SpectrumRow::Waves(thickness) => thickness / nm,
             SpectrumRow::Channel(spectra, hold) => channel_at(spectra.edges_nm(), nm, *hold) as f64,
         }
-    }
-
-    /// Stands for wavelength samples that only fill up the last vector, which carry no light. 1 keeps ratios of indices finite; none of them is kept.
-    pub fn padding(&self) -> f32 {
-        if *self == SpectrumRow::OfSample(layout::ROW_HERO) { 0.0 } else { 1.0 }
     }
 }
 
@@ -54,14 +48,14 @@ pub(super) struct Rows {
 impl Rows {
     pub(super) fn new() -> Self {
         let mut rows = Rows { all: Vec::new(), known: HashMap::new() };
-        for i in [layout::ROW_BIN, layout::ROW_X, layout::ROW_Y, layout::ROW_Z, layout::ROW_HERO] {
+        for i in [layout::ROW_BIN, layout::ROW_X, layout::ROW_Y, layout::ROW_Z] {
             assert_eq!(rows.add(SpectrumRow::OfSample(i)), i);
         }
         rows
     }
 
     pub(super) fn add(&mut self, row: SpectrumRow) -> u32 {
-        let key = [431.0, 547.0, 683.0].map(|nm| row.eval(nm, &[0.0, 1.0, 2.0, 3.0, 4.0]).to_bits());
+        let key = [431.0, 547.0, 683.0].map(|nm| row.eval(nm, &[0.0, 1.0, 2.0, 3.0]).to_bits());
         let alike = self.known.entry(key).or_default();
         if let Some(at) = alike.iter().find(|&&at| self.all[at as usize] == row) {
             return *at;

@@ -39,7 +39,7 @@ fn traced(scene: &Scene, rays: &[(Vec4, Vec4)]) -> Vec<[f64; 8]> {
     );
     let mut table = vec![Vec4::ZERO; texels::<PassHead>() as usize];
     for row in &uploaded.rows {
-        table.push(Vec4::from_array(NM.map(|nm| row.eval(nm, &[0.0; 5]) as f32)));
+        table.push(Vec4::from_array(NM.map(|nm| row.eval(nm, &[0.0; 4]) as f32)));
     }
     let spectra = gpu.table("spectra", &table).unwrap();
     let params = gpu.uniform("params", std::mem::size_of::<Params>() as u64);

@@ -3,7 +3,7 @@
 use super::support::*;
 use crate::adapter;
 use abbe::film::Film;
-use abbe::integrator::Techniques;
+use abbe::integrator::{Techniques, mean_squared_radius};
 use abbe::render::{Batch, Integrator};
 use abbe::scene::{LoadOptions, Scene, load_str};
 use serde_json::{Value, json};
@@ -87,5 +87,85 @@ fn bins_have_less_noise_where_wavelengths_share_ways() {
     for (bins, shared, apart) in [("all bins", shared[0], apart[0]), ("first and last", shared[1], apart[1])] {
         println!("{bins}: squared errors {shared:.3e} shared, {apart:.3e} alone: {:.2}", shared / apart);
         assert!(shared < 0.6 * apart, "{bins}: {shared:.3e} against {apart:.3e}");
+    }
+}
+
+/// Where a ray along x, `height` above the axis of a ball of radius 0.5 and of this index around the origin, meets the plane `x`: twice refracted by Snell's law, in the plane of
+/// the axis.
+fn behind_ball(height: f64, index: f64, x: f64) -> f64 {
+    let (outside, inside) = ((height / 0.5).asin(), (height / 0.5 / index).asin());
+    // Where it leaves, by its angle from the x axis, and which way.
+    let leaves = std::f64::consts::PI - outside - (std::f64::consts::PI - 2.0 * inside);
+    let slope = (-2.0 * (outside - inside)).tan();
+    0.5 * leaves.sin() + (x - 0.5 * leaves.cos()) * slope
+}
+
+#[test]
+fn wavelengths_of_a_light_path_land_where_snells_law_sends_them() {
+    // A thin beam through a ball onto a wall, where neighbouring bins are a fifth to nine tenths of a pixel apart: they share ways, and must not share places. When all landed where their
+    // hero did, the second bin was 0.14 pixels wide, not 0. Behind a pane light paths are merged, and the kernel widens all.
+    let (size, height, wall, view) = (24_u32, 0.3, 2.0, 0.6);
+    let (rows, pixels) = (size as usize, f64::from(size) / view);
+    let index = |nm: f64| 1.6 + 0.03 / (1e-3 * nm).powi(2);
+    let middle = behind_ball(height, index(550.0), wall);
+    for (is_behind_pane, depth) in [(false, 3), (true, 5)] {
+        let mut scene = json!({
+            "film": {"width": size, "height": size, "bins": 20, "range_nm": [380, 780]},
+            "camera": {"orthographic": {"eye": [1.5, middle, 0], "target": [2, middle, 0], "up": [0, 1, 0], "height": view}},
+            "max_depth": depth,
+            "materials": {
+                "glass": {"dielectric": {"ior": {"cauchy": [1.6, 0.03]}}},
+                "pane": {"thin_dielectric": {"ior": 1.5}},
+                "wall": {"diffuse": {"reflectance": 0.5}},
+            },
+            "lights": [{"beam": {"origin": [-2, height, 0], "direction": [1, 0, 0], "radius": 1e-4, "irradiance": 1}}],
+            "shapes": [
+                {"sphere": {"center": [0, 0, 0], "radius": 0.5}, "material": "glass"},
+                {"disc": {"center": [wall, 0, 0], "normal": [-1, 0, 0], "radius": 3}, "material": "wall"},
+            ],
+        });
+        let mut kernel = 0.0;
+        if is_behind_pane {
+            let pane = json!({"disc": {"center": [1.6, middle, 0], "normal": [-1, 0, 0], "radius": 0.5}, "material": "pane"});
+            scene["shapes"].as_array_mut().unwrap().push(pane);
+            // A disc of 1.4 pixels at first has a quarter of its squared radius along each axis.
+            kernel = 1.4 * 1.4 / 4.0 * mean_squared_radius(16);
+        }
+        let scene = load_str(&scene.to_string(), Path::new("beam.json"), project(), &LoadOptions::default()).unwrap();
+        let mut integrator = adapter::with(&scene, 5, Techniques::default()).unwrap();
+        let mut film = Film::new(&scene.film);
+        integrator.render_batch(Batch::even(0, 16), &mut film).unwrap();
+        for bin in 0..20 {
+            // Moments of the bin's picture along the height, in pixels from its middle.
+            let (mut light, mut first, mut second) = (0.0, 0.0, 0.0);
+            for row in 0..rows {
+                let of_row: f64 = (0..rows).map(|column| film.pixel(row * rows + column)[bin]).sum();
+                let y = rows as f64 / 2.0 - row as f64 - 0.5;
+                light += of_row;
+                first += of_row * y;
+                second += of_row * y * y;
+            }
+            assert!(light > 0.0, "bin {bin} is dark");
+            let (mean, variance) = (first / light, second / light - (first / light).powi(2));
+            let places: Vec<f64> = (0..100)
+                .map(|i| {
+                    let nm = 380.0 + 20.0 * (bin as f64 + (f64::from(i) + 0.5) / 100.0);
+                    let place = (behind_ball(height, index(nm), wall) - middle) * pixels;
+                    // The pixel that it falls into; a kernel covers several.
+                    if is_behind_pane { place } else { place.floor() + 0.5 }
+                })
+                .collect();
+            let expected = places.iter().sum::<f64>() / 100.0;
+            let spread = places.iter().map(|y| (y - expected).powi(2)).sum::<f64>() / 100.0;
+            let expected_variance = spread + kernel + if is_behind_pane { 1.0 / 12.0 } else { 0.0 };
+            println!(
+                "pane {is_behind_pane}, bin {bin}: at {mean:.3}, wide {:.3}; by Snell's law {expected:.3}, {:.3}",
+                variance.sqrt(),
+                expected_variance.sqrt()
+            );
+            assert!((mean - expected).abs() < 0.15, "bin {bin}: at {mean}, not {expected}");
+            let too_wide = variance.sqrt() - expected_variance.sqrt();
+            assert!(too_wide.abs() < 0.12, "bin {bin}: wider by {too_wide}");
+        }
     }
 }
