@@ -133,6 +133,9 @@ fn leave_visible_point(ray: Ray, at: ptr<function, Interaction>, b: ptr<function
 @group(0) @binding(16) var points: WrittenTable<vec4f, PointLink, VisiblePoint, PointSheen, PointSegment>;
 @group(0) @binding(17) var<storage, read> heads: array<u32>;
 
+// Cells along an axis, less one, that a search goes through at most. Wavelengths land no further apart than takes half of them; numbers of cells far from the origin may not fit.
+const MOST_CELLS = 8;
+
 // Squared distance of `p` from what lies between the origin and `end`.
 fn distance2_from_line(p: vec3f, end: vec3f) -> f32 {
     let v = p - clamp(dot(p, end) / max(dot(end, end), 1e-30), 0.0, 1.0) * end;
@@ -159,23 +162,23 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
     let ends = array(v.p + lands.x * by, v.p + lands.y * by);
     let between = ends[1] - ends[0];
     let first = cell_of(min(ends[0], ends[1]) - reach, in_fog);
-    let last = cell_of(max(ends[0], ends[1]) + reach, in_fog);
+    let last = min(max(cell_of(max(ends[0], ends[1]) + reach, in_fog) - first, vec3i(0)), vec3i(MOST_CELLS));
     var cell = first;
-    var ahead = first; // the cell after that
+    var ahead = vec3i(0); // the cell after that, from the first on
     var next = 0u;
     loop {
         // The next point within reach. Software drivers execute all of a loop for each of its turns, so that this one has little in it.
         var found = NONE;
         while (found == NONE && (next != 0u || ahead.z <= last.z)) {
             if (next == 0u) {
-                cell = ahead;
+                cell = first + ahead;
                 next = heads[cell_head(cell, pass_index)];
-                let ends_row = cell.x == last.x;
-                let ends_plane = ends_row && cell.y == last.y;
+                let ends_row = ahead.x == last.x;
+                let ends_plane = ends_row && ahead.y == last.y;
                 ahead = vec3i(
-                    select(cell.x + 1, first.x, ends_row),
-                    select(select(cell.y, cell.y + 1, ends_row), first.y, ends_plane),
-                    select(cell.z, cell.z + 1, ends_plane),
+                    select(ahead.x + 1, 0, ends_row),
+                    select(select(ahead.y, ahead.y + 1, ends_row), 0, ends_plane),
+                    select(ahead.z, ahead.z + 1, ends_plane),
                 );
             }
             if (next != 0u) {

@@ -242,10 +242,10 @@ fn may_scatter_diffusely(index: u32, hit: Hit) -> bool {
 #endif
 
 #if DISPERSION
-// Whether the material `index` is the same all over a surface. Where others are under it, it may not be.
-fn is_plain(index: u32) -> bool {
+// Whether a primitive's material is the same all over its surface. Where others are under it, it may not be.
+fn is_plain(primitive: u32) -> bool {
 #if TEXTURES || COMPOSITE
-    let m = load_Material(index);
+    let m = load_Material(material_of(primitive));
     return m.texture == NONE && m.kind != MATERIAL_KIND_MIX && m.kind != MATERIAL_KIND_COATED && m.kind != MATERIAL_KIND_SHEEN && m.kind != MATERIAL_KIND_GRADED;
 #else
     return true;
@@ -345,13 +345,15 @@ fn meet_surface(ray: Ray, hit: Hit, at: ptr<function, Interaction>) -> Met {
 #endif
 #if DISPERSION
     var is_diffuse = s.light != NONE || may_scatter_diffusely(index, hit);
+    var plain = is_plain(hit.primitive);
 #if CONTACT
     if (hit.contact != NONE) {
+        plain &= is_plain(hit.contact);
         is_diffuse |= bitcast<u32>(primitive_at(hit.contact).r1.w) != NONE;
     }
 #endif
     if (is_diffuse || !is_specular(load_Material(index))) {
-        keep_near_hero(ray.d, s.p, s.n, is_diffuse, is_plain(material_of(hit.primitive)));
+        keep_near_hero(ray.d, s.p, s.n, is_diffuse, plain);
     }
 #endif
 #if CAMERA_PATHS

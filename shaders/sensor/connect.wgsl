@@ -165,13 +165,10 @@ fn connect_to_sensor(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     s.weight = 1.0;
 #else
     let at = on_film(v, vec4f(0.0), lens);
-    let low = vec2f(f32(params.tile_x), f32(params.tile_y));
-    let high = low + vec2f(f32(params.tile_width), f32(params.tile_height));
-    let column = choose_pixels(at.column, choices.x, low.x, high.x);
-    let row = choose_pixels(at.row, choices.y, low.y, high.y);
-    s.weight = column.total.x * row.total.x;
+    s.weight = land_in_pixels(0u, at.column, at.row, at.is_before, choices).x;
     lands = s.weight > 0.0;
-    splat_pixel = vec2u(u32(max(column.pixel.x, 0.0)), u32(max(row.pixel.x, 0.0)));
+    let place = landed_pixel[0].x;
+    splat_pixel = vec2u(params.tile_x + place % params.tile_width, params.tile_y + place / params.tile_width);
 #endif
     if (!lands) {
         return no_light();
