@@ -6,7 +6,7 @@
 #include "common/work.wgsl"
 #include "common/tile.wgsl"
 #if SENSOR_LENS
-#include "sensor/splat_landed.wgsl"
+#include "sensor/splat.wgsl"
 #else
 #include "common/store_sample.wgsl"
 #endif

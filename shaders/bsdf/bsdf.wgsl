@@ -75,6 +75,17 @@ struct BsdfSample {
     d: vec3f, // direction in the world
     wi: vec3f, // the same in the local frame; of a specular lobe only its z is filled in
     is_specular: bool, // no connection could have made it, and the throughput has its weight already
+#if DISPERSION
+    index: RelativeIndex, // of what refracts
+#endif
+}
+
+fn specular_sample(d: vec3f, cos_to: f32) -> BsdfSample {
+    var sampled: BsdfSample;
+    sampled.d = d;
+    sampled.wi = vec3f(0.0, 0.0, cos_to);
+    sampled.is_specular = true;
+    return sampled;
 }
 
 // Spectrum of what a picture may stand for: a reflectance, the share of a mixture.
@@ -244,13 +255,16 @@ fn sample_bsdf(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, frame: mat3x3f, wo: v
 #endif
         }
     }
-    return BsdfSample(normalize(frame * wi), wi, false);
+    var sampled: BsdfSample;
+    sampled.d = normalize(frame * wi);
+    sampled.wi = wi;
+    return sampled;
 }
 
 #if SMOOTH_CONDUCTOR || SMOOTH_COAT
 // The mirror image of a path along `d` at the normal `n`; of a coat only what it reflects itself, which is in the throughput already.
 fn mirrored(d: vec3f, n: vec3f) -> BsdfSample {
     let cos_i = min(-dot(d, n), 1.0);
-    return BsdfSample(normalize(d + 2.0 * cos_i * n), vec3f(0.0, 0.0, cos_i), true);
+    return specular_sample(normalize(d + 2.0 * cos_i * n), cos_i);
 }
 #endif

@@ -53,7 +53,7 @@ fn is_let_out(cos_s: f32, cos_g: f32, eta: vec4f) -> vec4<bool> {
 #if DISPERSION
 // The same as a set.
 fn let_out_set(b: ptr<function, Bsdf>, cos_s: f32, cos_g: f32) -> u32 {
-    var let_out = as_set_beyond(is_let_out(cos_s, cos_g, ratios_beyond((*b).far_row, (*b).near_row)));
+    var let_out = as_set_beyond(is_let_out(cos_s, cos_g, indices_beyond((*b).near_row, (*b).far_row)));
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         let_out |= as_set(is_let_out(cos_s, cos_g, relative_indices(b, k)), k);
     }
@@ -115,7 +115,7 @@ fn sample_smooth_dielectric(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, n: vec3f
 #if DISPERSION
     var of_hero = vec4f(0.0);
     let nearest = u32(clamp(path.hero, 0, i32(WAVELENGTHS) - 1)); // to a hero beyond the range
-    var totally = as_set_beyond(cos_transmitted_squared(cos_i, ratios_beyond(far_row, near_row)) <= vec4f(0.0));
+    var totally = as_set_beyond(cos_transmitted_squared(cos_i, indices_beyond(near_row, far_row)) <= vec4f(0.0));
 #endif
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         let near = spectrum(near_row, k);
@@ -161,20 +161,32 @@ fn sample_smooth_dielectric(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, n: vec3f
     scale_beta(select(refracted_radiance(far / near).x, 1.0, reflects));
 #endif
     if (reflects) {
-        return BsdfSample(mirrored, vec3f(0.0, 0.0, cos_i), true);
+        return specular_sample(mirrored, cos_i);
     }
 #if DISPERSION
-    if (path.hero == NO_HERO && (*b).dispersive) {
+    let parts = path.hero == NO_HERO && (*b).dispersive;
+    if (parts) {
         choose_hero(near_row, far_row, totally);
     }
-    let eta = ratio_at(far_row, near_row, hero_or_first());
+    let index = relative_index_at(near_row, far_row, select(path.hero, 0, path.hero == NO_HERO));
+    if (parts) {
+        path.parting = index.change;
+        for (var k = 0u; k < WAVELENGTHS4; k++) {
+            set_index_from_hero(k, spectrum(far_row, k) / spectrum(near_row, k) - index.eta);
+        }
+    }
+    let eta = index.eta;
 #else
     let eta = relative_index(b, 0u);
 #endif
     let cos_t2 = cos_transmitted_squared(cos_i, vec4f(eta)).x;
     path.start *= refracted_radiance(vec4f(eta)).x; // undone where the path leaves the glass again: roulette must not see it
     // Total reflection of the hero ends the path: others have chosen to refract.
-    return BsdfSample(refracted_direction(d, n, cos_i, eta, cos_t2), vec3f(0.0, 0.0, select(0.0, -1.0, cos_t2 > 0.0)), true);
+    var sampled = specular_sample(refracted_direction(d, n, cos_i, eta, cos_t2), select(0.0, -1.0, cos_t2 > 0.0));
+#if DISPERSION
+    sampled.index = index;
+#endif
+    return sampled;
 }
 #endif
 

@@ -75,7 +75,7 @@ fn sample_thin_dielectric(b: ptr<function, Bsdf>, p: vec3f, d: vec3f, n: vec3f) 
         beta[k] *= select(pane.transmitted / (1.0 - q), pane.reflected / q, reflects);
     }
     let out = select(d, mirrored, reflects);
-    return BsdfSample(out, vec3f(0.0, 0.0, select(-cos_i, cos_i, reflects)), true);
+    return specular_sample(out, select(-cos_i, cos_i, reflects));
 }
 #endif
 

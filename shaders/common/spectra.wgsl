@@ -22,6 +22,18 @@ fn spectrum(row: u32, k: u32) -> vec4f {
     return load_spectra(pass_base + TEXELS_OF_PassHead + row * WAVELENGTHS4 + k);
 }
 
+// What one wavelength's radiance counts for in its bin, X, Y and Z.
+fn film_weights(wavelength: u32) -> vec4f {
+    return load_spectra(pass_base + TEXELS_OF_PassHead + ROW_FILM * WAVELENGTHS4 + wavelength);
+}
+
+#if DISPERSION
+// The index of refraction of row `row`, of a volume, at a wavelength that may be a hero, and what it changes by to the next (src/integrator/wavelengths.rs).
+fn index_at(row: u32, hero: i32) -> vec2f {
+    return load_spectra(pass_base + TEXELS_OF_PassHead + (row + 1u) * WAVELENGTHS4 + u32(hero + i32(BEYOND))).xy;
+}
+#endif
+
 // One where the wavelength index is `wavelength`, else zero.
 fn one_hot(wavelength: u32, k: u32) -> vec4f {
     return select(vec4f(0.0), vec4f(1.0), vec4u(4u * k, 4u * k + 1u, 4u * k + 2u, 4u * k + 3u) == vec4u(wavelength));

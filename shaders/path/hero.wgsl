@@ -45,8 +45,6 @@ fn share_heroes(totally: u32) -> f32 {
 // Chooses the hero of a path that refracts between the indices of these rows, where some wavelengths may be reflected `totally`. Camera paths of a pass choose among
 // the same few, as even over a pixel's samples as can be, and evenly where they part once more.
 fn choose_hero(near_row: u32, far_row: u32, totally: u32) {
-    path.hero_near = near_row;
-    path.hero_far = far_row;
 #if CAMERA_PATHS
     let range = hero_range();
     let carries_all = (path.kept & ALL_WAVELENGTHS) == ALL_WAVELENGTHS;
@@ -113,41 +111,29 @@ fn hero_as_set() -> u32 {
     return select(within, BELOW, path.hero < ends.x);
 }
 
-fn hero_or_first() -> i32 {
-    return select(path.hero, 0, path.hero == NO_HERO);
+fn relative_index_at(near_row: u32, far_row: u32, hero: i32) -> RelativeIndex {
+    let near = index_at(near_row, hero);
+    let far = index_at(far_row, hero);
+    let eta = far.x / near.x;
+    return RelativeIndex(eta, (far.y - eta * near.y) / near.x);
 }
 
-// A quotient of two rows at a wavelength; beyond the film's range rows go on as their image in the point at its end, so that the mean of what lies to either side
-// of a wavelength is its own.
-fn ratio_at(over: u32, under: u32, wavelength: i32) -> f32 {
-    let end = clamp(wavelength, 0, i32(WAVELENGTHS) - 1);
-    let image = u32(2 * end - wavelength);
-    return (2.0 * spectrum_at(over, u32(end)) - spectrum_at(over, image)) / (2.0 * spectrum_at(under, u32(end)) - spectrum_at(under, image));
-}
-
-// The same at the first and the last of those that may be the hero.
-fn ratios_beyond(over: u32, under: u32) -> vec4f {
+// Relative indices at the first and the last of those that may be the hero.
+fn indices_beyond(near_row: u32, far_row: u32) -> vec4f {
     let range = hero_range();
-    return vec2f(ratio_at(over, under, range.x), ratio_at(over, under, range.y)).xyxy;
+    return vec2f(relative_index_at(near_row, far_row, range.x).eta, relative_index_at(near_row, far_row, range.y).eta).xyxy;
 }
 
 fn as_set_beyond(chosen: vec4<bool>) -> u32 {
     return select(0u, BELOW, chosen.x) | select(0u, ABOVE, chosen.y);
 }
 
-// Index that wavelengths parted by.
-fn parting_index(k: u32) -> vec4f {
-    return spectrum(path.hero_far, k) / spectrum(path.hero_near, k);
-}
+// No weight of one way that wavelengths share is negative for this: none has more than half of them to either side.
+const MOST_UNEVEN = 2.0 / f32(WAVELENGTHS);
 
-// What a quotient of two rows changes by around the hero, per unit of the index that wavelengths parted by.
-fn change_of_ratio(over: u32, under: u32) -> f32 {
-    if (path.hero == NO_HERO) {
-        return 0.0;
-    }
-    let change = ratio_at(path.hero_far, path.hero_near, path.hero + 1) - ratio_at(path.hero_far, path.hero_near, path.hero - 1);
-    let ratio = ratio_at(over, under, path.hero + 1) - ratio_at(over, under, path.hero - 1);
-    return select(0.0, ratio / change, abs(change) > 1e-8);
+// Per unit of the index that wavelengths parted by, what changes by so much to the next wavelength.
+fn of_parting(change: f32) -> f32 {
+    return select(0.0, change / path.parting, path.hero != NO_HERO && abs(path.parting) > 1e-9);
 }
 
 // Wavelengths 4k .. 4k+3 as a set of bits.
@@ -161,56 +147,57 @@ fn is_in(kept: u32, k: u32) -> vec4<bool> {
     return (vec4u(kept >> (4u * k)) & vec4u(1u, 2u, 4u, 8u)) != vec4u(0u);
 }
 
+// First and last of the wavelengths kept around this one that have none between them which is not.
+fn run_around(wavelength: u32) -> vec2i {
+    let gaps = ~(path.kept & ALL_WAVELENGTHS);
+    let up_to = (2u << wavelength) - 1u;
+    let above = gaps & ~up_to;
+    return vec2i(vec2u(firstLeadingBit(gaps & up_to) + 1u, select(firstTrailingBit(above) - 1u, 31u, above == 0u)));
+}
+
+// x (x + 1) (2 x + 1), six times the sum of the first x squares.
+fn six_squares(x: vec4f) -> vec4f {
+    return x * (x + 1.0) * (2.0 * x + 1.0);
+}
+
 // The path keeps the hero and those wavelengths that share its way within `width` of the index: each shares the ways of as many to either side, so that the mean of
 // what they find is right up to the second order of the width, energy included.
 fn keep_within(width: f32) {
     let sum_before = sum_beta();
-    var index: array<vec4f, WAVELENGTHS4>;
-    for (var k = 0u; k < WAVELENGTHS4; k++) {
-        index[k] = parting_index(k);
-    }
     // Where a number of neighbours ends and the next begins must not show.
     let about = 2.0 * width * (0.75 + 0.5 * unit_float(hash2(sampler_index, sampler_pixel ^ 0x68e31da4u)));
-    let last = i32(WAVELENGTHS) - 1;
+    // As far as there are heroes to both sides, without a gap; beyond the ends only where there would be few others.
     let ends = vec2i(carried_wavelengths());
-    let range = hero_range();
-    let set_of = path.kept;
+    let without_gap = run_around(u32(clamp(path.hero, ends.x, ends.y)));
+    let beyond = select(vec2f(0.0), vec2f(abs(ends - hero_range())), without_gap == ends);
+    let first = f32(without_gap.x);
+    let last = f32(without_gap.y);
+    let hero = f32(path.hero);
+    let end = f32(WAVELENGTHS - 1u);
     path.kept = BELOW | ABOVE;
     for (var k = 0u; k < WAVELENGTHS4; k++) {
-        let wavelength = vec4i(i32(4u * k)) + vec4i(0, 1, 2, 3);
-        var before = vec4f(index[max(k, 1u) - 1u].w, index[k].xyz);
-        var behind = vec4f(index[k].yzw, index[min(k + 1u, WAVELENGTHS4 - 1u)].x);
-        before = select(before, 2.0 * index[k] - behind, wavelength == vec4i(0));
-        behind = select(behind, 2.0 * index[k] - before, wavelength == vec4i(last));
-        let step = max(abs(behind - before), vec4f(1e-9));
-        // Wavelengths share ways beyond the range only where there would be few others.
-        let within = max(min(wavelength - ends.x, ends.y - wavelength), vec4i((ends.y - ends.x) / 3));
-        let most = max(min(min(wavelength - range.x, range.y - wavelength), within), vec4i(0));
-        let reach = min(vec4i(min(about / step, vec4f(32.0))), most);
-        let shares = abs(wavelength - path.hero) <= reach;
-        // As far as there is a way; there is one for each beyond what the path carries.
-        let first = max(wavelength - reach, vec4i(ends.x));
-        let end = min(wavelength + reach, vec4i(ends.y));
-        let window = ((vec4u(2u) << vec4u(max(end - first, vec4i(0)))) - 1u) << vec4u(first & vec4i(31));
-        let ways = max(vec4i(countOneBits(window & vec4u(set_of))) + 2 * reach - (end - first), vec4i(1));
-        // Indices are not evenly apart: the side with the greater steps counts less, so that the mean index is the wavelength's own. Beyond the film's range steps
-        // are those of the image.
-        let r = vec4f(reach);
-        let below = max(r - vec4f(wavelength), vec4f(0.0));
-        let above = max(r + vec4f(wavelength - last), vec4f(0.0));
-        let turned = (below * (below + 1.0) * (2.0 * below + 1.0) + above * (above + 1.0) * (2.0 * above + 1.0)) / max(r * (r + 1.0), vec4f(1.0));
-        let uneven = 2.0 * (abs(behind - index[k]) - abs(index[k] - before)) / step * (2.0 * r + 1.0 - turned) / 6.0;
-        let balance = 1.0 - clamp(uneven, vec4f(-1.0), vec4f(1.0)) * vec4f(sign(path.hero - wavelength));
-        let goes_on = shares & is_in(set_of, k);
-        beta[k] *= select(vec4f(0.0), path.hero_weight * balance / vec4f(ways), goes_on);
+        let wavelength = f32(4u * k) + vec4f(0.0, 1.0, 2.0, 3.0);
+        let index = index_from_hero(k);
+        var before = vec4f(index_from_hero(max(k, 1u) - 1u).w, index.xyz);
+        var behind = vec4f(index.yzw, index_from_hero(min(k + 1u, WAVELENGTHS4 - 1u)).x);
+        before = select(before, 2.0 * index - behind, wavelength == vec4f(0.0));
+        behind = select(behind, 2.0 * index - before, wavelength == vec4f(end));
+        let change = behind - before;
+        let per_change = change / (change * change + 1e-18);
+        let most = min(max(wavelength - first, vec4f(beyond.x)), max(last - wavelength, vec4f(beyond.y)));
+        let reach = min(floor(about * abs(per_change)), most);
+        // Indices are not evenly apart: the side with the greater steps counts less, so that the mean index is the wavelength's own.
+        var uneven = (behind - 2.0 * index + before) * per_change;
+        // Beyond the film's range steps are those of the image. Only wavelengths near its ends share ways there.
+        let imaged = six_squares(max(max(reach - wavelength, reach + wavelength - end), vec4f(0.0))) / max(six_squares(reach), vec4f(1.0));
+        let is_inner = (wavelength >= vec4f(f32(BEYOND))) & (wavelength <= vec4f(end - f32(BEYOND)));
+        uneven *= select(1.0 - imaged, vec4f(1.0), is_inner);
+        let away = hero - wavelength;
+        let balance = 1.0 - clamp(uneven, vec4f(-MOST_UNEVEN), vec4f(MOST_UNEVEN)) * away;
+        let goes_on = abs(away) <= reach;
+        beta[k] *= select(vec4f(0.0), path.hero_weight * balance / (2.0 * reach + 1.0), goes_on);
         path.kept |= as_set(goes_on, k);
     }
-#if LIGHT_PATHS
-    let of_hero = ratio_at(path.hero_far, path.hero_near, path.hero);
-    for (var k = 0u; k < WAVELENGTHS4; k++) {
-        from_hero[k] = index[k] - of_hero;
-    }
-#endif
     path.hero = NO_HERO;
     // What is rarely kept must not outlive what is often kept.
     path.start *= safe_ratio(sum_beta(), sum_before);
@@ -224,20 +211,17 @@ const REACH_OF_LANDING = 4.0;
 fn landing_ends() -> vec2f {
     var ends = vec2f(0.0);
     for (var k = 0u; k < WAVELENGTHS4; k++) {
-        let apart = select(vec4f(0.0), from_hero[k], is_in(path.kept & ALL_WAVELENGTHS, k));
+        let apart = select(vec4f(0.0), index_from_hero(k), is_in(path.kept & ALL_WAVELENGTHS, k));
         ends = vec2f(min(ends.x, min(min(apart.x, apart.y), min(apart.z, apart.w))), max(ends.y, max4(apart)));
     }
     return ends;
 }
 #endif
 
-// Where a path has come to its hero's end at `p`, along `d`: of the normal `n` there, in a medium along `d`. What is neither diffuse nor a lamp would show that
-// directions differ: there the hero goes on alone. Wavelengths of a light path land apart where all around is alike (`is_plain`), and where they come from a lamp without being
-// scattered: what has been is spread too wide for its place to matter.
-fn keep_near_hero(d: vec3f, p: vec3f, n: vec3f, is_diffuse: bool, is_plain: bool) {
-    if (path.hero == NO_HERO) {
-        return;
-    }
+// Where a path has come to its hero's end at `p`, along `d`: of the normal `n` there, in a medium along `d`. By how much of the index wavelengths may differ that share its way. What is
+// neither diffuse nor a lamp would show that directions differ: there the hero goes on alone. Wavelengths of a light path land apart where all around is alike (`is_plain`), and where they
+// come from a lamp without being scattered: what has been is spread too wide for its place to matter.
+fn width_near_hero(d: vec3f, p: vec3f, n: vec3f, is_diffuse: bool, is_plain: bool) -> f32 {
 #if LIGHT_PATHS
     let by = landing_by(d, p, n);
     let widths = in_widths(by, p);
@@ -248,15 +232,12 @@ fn keep_near_hero(d: vec3f, p: vec3f, n: vec3f, is_diffuse: bool, is_plain: bool
     let widths = shift_by_index(d, p);
     let reach = 1.0;
 #endif
-    keep_within(select(0.0, reach * pass_head().blur / max(widths, 1e-6), is_diffuse));
+    return select(0.0, reach * pass_head().blur / max(widths, 1e-6), is_diffuse);
 }
 
 #if CAMERA_PATHS
 // Likewise for a path that has left the scene along `d`.
-fn keep_near_hero_far_away(d: vec3f) {
-    if (path.hero != NO_HERO) {
-        keep_within(pass_head().blur / max(shift_in_picture(d, by_index.d, by_pixel_x.d, by_pixel_y.d), 1e-6));
-    }
+fn width_far_away(d: vec3f) -> f32 {
+    return pass_head().blur / max(shift_in_picture(d, by_index.d, by_pixel_x.d, by_pixel_y.d), 1e-6);
 }
 #endif
-

@@ -242,7 +242,7 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
             // Each from where it lands.
             var apart = vec4f(0.0);
 #if DISPERSION
-            apart = from_hero[k];
+            apart = index_from_hero(k);
 #endif
             let to_x = to_point.x - apart * by.x;
             let to_y = to_point.y - apart * by.y;
@@ -278,8 +278,7 @@ fn merge(d: vec3f, weight: f32, v: Vertex, number: u32, n: vec3f, ns: vec3f) {
         splat_landed(carried);
 #else
         let pixel = point.pixel;
-        splat_pixel = vec2u(pixel % params.image_width, pixel / params.image_width);
-        splat(carried);
+        splat(carried, place_in_tile(vec2u(pixel % params.image_width, pixel / params.image_width)));
 #endif
     }
 }

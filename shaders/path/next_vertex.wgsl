@@ -23,6 +23,7 @@
 #include "path/state.wgsl"
 #include "path/mis.wgsl"
 #include "path/scatter.wgsl"
+#include "path/arrive.wgsl"
 #if START_VOLUMES
 #include "path/start.wgsl"
 #endif
@@ -222,37 +223,6 @@ fn resolve_material(first: u32, s: ptr<function, Surface>, in_shadow: bool, b: p
 }
 #endif
 
-#if MERGES_AT_SURFACES || DISPERSION
-// Whether a path that meets the material `index` may, by chance or by what touches it there, meet a diffuse surface.
-fn may_scatter_diffusely(index: u32, hit: Hit) -> bool {
-    let kind = load_Material(index).kind;
-#if CONTACT
-    if (hit.contact != NONE && !is_opaque(kind)) {
-        var touching = load_Material(material_of(hit.contact));
-#if NORMAL_MAPS
-        if (touching.kind == MATERIAL_KIND_NORMAL_MAPPED) {
-            touching = load_Material(touching.b);
-        }
-#endif
-        return scatters_diffusely(kind) || scatters_diffusely(touching.kind);
-    }
-#endif
-    return scatters_diffusely(kind);
-}
-#endif
-
-#if DISPERSION
-// Whether a primitive's material is the same all over its surface. Where others are under it, it may not be.
-fn is_plain(primitive: u32) -> bool {
-#if TEXTURES || COMPOSITE
-    let m = load_Material(material_of(primitive));
-    return m.texture == NONE && m.kind != MATERIAL_KIND_MIX && m.kind != MATERIAL_KIND_COATED && m.kind != MATERIAL_KIND_SHEEN && m.kind != MATERIAL_KIND_GRADED;
-#else
-    return true;
-#endif
-}
-#endif
-
 #if INTERIORS
 // Whether a path cannot go on, since too many volumes overlap beyond; counts it.
 fn is_crowded(sides: Sides) -> bool {
@@ -323,39 +293,20 @@ struct Met {
     ray: Ray,
 }
 
-// Emission, and which material scatters the path at `hit`, if one does.
-fn meet_surface(ray: Ray, hit: Hit, at: ptr<function, Interaction>) -> Met {
+// Emission, and which material scatters the path at `hit`, if one does: where `at` is, on a surface of `material`.
+fn meet_surface(ray: Ray, hit: Hit, material: u32, at: ptr<function, Interaction>) -> Met {
     if (hit.primitive == NONE) {
 #if CAMERA_PATHS
 #if LIGHT_ENVIRONMENT
-#if DISPERSION
-        keep_near_hero_far_away(ray.d);
-#endif
         add_environment(ray.d);
 #endif
 #endif
         return Met(false, end_path(ray));
     }
-    var s = surface_at(ray, hit);
+    var s = (*at).s;
     var seen = hit.primitive;
-    var index = material_of(seen);
+    var index = material;
     var b: Bsdf;
-#if NORMAL_MAPS
-    index = unmap_normals(index, &s);
-#endif
-#if DISPERSION
-    var is_diffuse = s.light != NONE || may_scatter_diffusely(index, hit);
-    var plain = is_plain(hit.primitive);
-#if CONTACT
-    if (hit.contact != NONE) {
-        plain &= is_plain(hit.contact);
-        is_diffuse |= bitcast<u32>(primitive_at(hit.contact).r1.w) != NONE;
-    }
-#endif
-    if (is_diffuse || !is_specular(load_Material(index))) {
-        keep_near_hero(ray.d, s.p, s.n, is_diffuse, plain);
-    }
-#endif
 #if CAMERA_PATHS
 #if LIGHT_AREA
     if (s.light != NONE) {
@@ -463,19 +414,35 @@ fn next_vertex(ray: Ray, hit: Hit) -> Ray {
     scatters_before = t >= 0.0;
     if (scatters_before) {
         at = in_medium(ray, t, hit.t, load_Interior(medium));
-#if DISPERSION
-        keep_near_hero(ray.d, at.s.p, ray.d, true, true);
-#endif
-#if LIGHT_PATHS
-#if MERGING
-        merge_in_medium(ray, &at);
-#endif
-#endif
     }
 #endif
 #endif
+    var index = NONE;
+    if (!scatters_before && hit.primitive != NONE) {
+        var s = surface_at(ray, hit);
+        index = material_of(hit.primitive);
+#if NORMAL_MAPS
+        index = unmap_normals(index, &s);
+#endif
+        at.s = s;
+    }
+#if DISPERSION
+    // In one place for all: drivers inline functions at each call.
+    if (path.hero != NO_HERO) {
+        end_hero(ray, hit, &at, index, scatters_before);
+    }
+#endif
+#if SCATTERING
+#if LIGHT_PATHS
+#if MERGING
+    if (scatters_before) {
+        merge_in_medium(ray, &at);
+    }
+#endif
+#endif
+#endif
     if (!scatters_before) {
-        let met = meet_surface(ray, hit, &at);
+        let met = meet_surface(ray, hit, index, &at);
         if (!met.scatters) {
             return met.ray;
         }
@@ -580,7 +547,7 @@ fn next_event(from_vertex: Ray) -> Ray {
 #if SENSOR_LENS || DISPERSION
         splat_landed(carried_wavelengths());
 #else
-        splat(carried_wavelengths());
+        splat(carried_wavelengths(), landed_pixel[0].x);
 #endif
 #else
         for (var k = 0u; k < WAVELENGTHS4; k++) {

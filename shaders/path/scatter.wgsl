@@ -241,8 +241,8 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
 #if DISPERSION
 #if CONTACT
     // What touches glass is known only now.
-    if (!specular) {
-        keep_near_hero(ray.d, s.p, (*at).n, is_merging(b.m.kind), false);
+    if (!specular && path.hero != NO_HERO) {
+        keep_within(width_near_hero(ray.d, s.p, (*at).n, is_merging(b.m.kind), false));
     }
 #endif
 #endif
@@ -357,8 +357,8 @@ fn scatter(ray: Ray, at: ptr<function, Interaction>) -> Ray {
         var bend = Bend(d, out, (*at).ns, s.curvature * sign(dot(s.n, (*at).n)), !refracts && !straight, straight, 1.0);
         var of_eta = 0.0;
         if (refracts) {
-            bend.eta = ratio_at(b.near_row, b.far_row, hero_or_first());
-            of_eta = change_of_ratio(b.near_row, b.far_row);
+            bend.eta = 1.0 / sampled.index.eta;
+            of_eta = -bend.eta * bend.eta * of_parting(sampled.index.change);
         }
         bend_differentials(s, bend, of_eta);
     } else {

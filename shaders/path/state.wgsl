@@ -67,6 +67,14 @@ fn beta_at(wavelength: u32) -> f32 {
     return at_wavelength(&beta, wavelength);
 }
 
+#if DISPERSION
+// An index beyond a face over that before it at a wavelength, and what it changes by to the next.
+struct RelativeIndex {
+    eta: f32,
+    change: f32,
+}
+#endif
+
 struct Path {
     ended: bool,
     in_shadow: bool, // the ray at hand is a light sample's; `next_ray` waits
@@ -78,8 +86,7 @@ struct Path {
 #if DISPERSION
     kept: u32, // wavelengths that the path carries, a bit for each, and whether heroes may lie BELOW and ABOVE them
     hero: i32, // the wavelength that it goes by since a dispersive refraction, or NO_HERO; the first one is 0
-    hero_near: u32, // rows of the indices there
-    hero_far: u32,
+    parting: f32, // what the index that they parted by changes by from the hero to the next
     hero_weight: f32, // 1 / probability of having it
 #if LIGHT_PATHS
     chain: f32, // way since the last vertex that was not specular
@@ -131,10 +138,28 @@ var<private> by_pixel_x: Differential; // per width of a pixel's kernel
 var<private> by_pixel_y: Differential;
 #else
 var<private> hero_shares: array<vec4f, WAVELENGTHS4>; // by which the path chooses its hero
-// Where wavelengths land around the vertex at hand: what it moves by per unit of the index, and how far theirs are from the hero's.
+// Where wavelengths land around the vertex at hand: what it moves by per unit of the index that they parted by.
 var<private> landing_by_index: vec3f;
 var<private> from_hero: array<vec4f, WAVELENGTHS4>;
 #endif
+
+// How much greater the index that wavelengths parted by is than the hero's.
+fn index_from_hero(k: u32) -> vec4f {
+#if LIGHT_PATHS
+    return from_hero[k];
+#else
+    return Ld[k];
+#endif
+}
+
+fn set_index_from_hero(k: u32, index: vec4f) {
+#if LIGHT_PATHS
+    from_hero[k] = index;
+#else
+    // Free as long as a hero is under way: no light is sampled at a smooth surface.
+    Ld[k] = index;
+#endif
+}
 #endif
 
 // First and last of the wavelengths that the path carries; if it carries none the first comes behind the last.

@@ -1,4 +1,4 @@
-// The sensor seen from the scene: connections of light paths to a camera, or their crossings of an irradiance sensor, and splats into the film.
+// The sensor seen from the scene: connections of light paths to a camera, or their crossings of an irradiance sensor.
 #include "common/params.wgsl"
 #include "common/math.wgsl"
 #include "common/sampler.wgsl"
@@ -7,69 +7,18 @@
 #if LIGHTS_PRESENT
 #include "light/light.wgsl"
 #endif
-#if GUIDED
-#include "light/guide.wgsl"
-#endif
 #include "path/state.wgsl"
 #include "path/mis.wgsl"
 #if CAUSTICS
 #include "sensor/density.wgsl"
 #endif
-#include "sensor/quanta.wgsl"
 #if SENSOR_CAMERA
 #include "sensor/landing.wgsl"
 #endif
 #if SENSOR_LENS
 #include "sensor/lens.wgsl"
 #endif
-#if SENSOR_LENS || DISPERSION
-#include "sensor/splat_landed.wgsl"
-#endif
-
-var<private> splat_pixel: vec2u;
-
-// Adds `Ld` to the pixel at hand, of the first to the last wavelength of `carried`. Software drivers execute whatever is within a loop, needed or not, so that there is
-// one addition to a bin, in a loop of its own.
-fn splat(carried: vec2u) {
-    let at = splat_pixel - vec2u(params.tile_x, params.tile_y);
-    if (at.x >= params.tile_width || at.y >= params.tile_height) {
-        return;
-    }
-    var bins: array<vec4f, WAVELENGTHS4>;
-    var total = vec4f(0.0);
-    var xyz = vec3f(0.0);
-    for (var k = 0u; k < WAVELENGTHS4; k++) {
-        xyz += vec3f(dot(Ld[k], spectrum(ROW_X, k)), dot(Ld[k], spectrum(ROW_Y, k)), dot(Ld[k], spectrum(ROW_Z, k)));
-        bins[k] = Ld[k] * spectrum(ROW_BIN, k);
-        total += bins[k];
-    }
-    if (!is_addable(sum4(total))) {
-        return;
-    }
-#if GUIDED
-    add_to_guiding_sample(splat_pixel, sum4(total));
-#endif
-    let base = (at.y * params.tile_width + at.x) * (BINS + 3u);
-    let u = unit_float(hash2(hash2(sampler_pixel, sampler_dimension), sampler_index));
-    // The bins, and X, Y, Z after them.
-    let first = carried.x;
-    let end = carried.y + 4u;
-    for (var i = first; i < end; i++) {
-        let of_xyz = i + 3u - end;
-        let is_bin = i + 3u < end;
-        // Sums with one term each: an index into an array that differs between lanes is slow.
-        var value = select(component(vec4f(xyz, 0.0), of_xyz) / f32(XYZ_RATIO), 0.0, is_bin);
-        for (var k = 0u; k < WAVELENGTHS4; k++) {
-            value += select(0.0, dot(bins[k], one_hot(i, k)), is_bin);
-        }
-#if MANY_BINS
-        let bin = wavelength_bins[pass_of_path * WAVELENGTHS + min(i, WAVELENGTHS - 1u)];
-#else
-        let bin = i;
-#endif
-        add_quanta(base + select(BINS + of_xyz, bin, is_bin), value * params.inverse_quantum, u);
-    }
-}
+#include "sensor/splat.wgsl"
 
 #if SENSOR_LENS
 // The camera as a light sample: `weight` times the flux density scattered towards `wi` times landed_weight is what each wavelength adds to where it lands.
@@ -126,8 +75,8 @@ fn on_film(v: vec3f, apart: vec4f, lens: vec2f) -> OnFilm {
     return OnFilm((0.5 + 0.5 * x / params.half_extent.x) * size.x, (0.5 - 0.5 * y / params.half_extent.y) * size.y, z > vec4f(0.0));
 }
 
-// The camera as a light sample: `weight` times the flux density scattered towards `wi` is radiance in the pixel `splat_pixel`, or times landed_weight what each
-// wavelength adds to where it lands.
+// The camera as a light sample: `weight` times the flux density scattered towards `wi` is radiance in the pixel landed_pixel[0].x, or, where wavelengths land apart, times
+// landed_weight what each adds to its own.
 fn connect_to_sensor(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     var s = no_light();
     let choices = vec2f(u_choice, fract(u_choice * 4096.0));
@@ -159,7 +108,7 @@ fn connect_to_sensor(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     var lands = false;
 #if DISPERSION
     for (var k = 0u; k < WAVELENGTHS4; k++) {
-        let at = on_film(v, from_hero[k], lens);
+        let at = on_film(v, index_from_hero(k), lens);
         lands |= any(land_in_pixels(k, at.column, at.row, at.is_before & (beta[k] > vec4f(0.0)), choices) > vec4f(0.0));
     }
     s.weight = 1.0;
@@ -167,8 +116,6 @@ fn connect_to_sensor(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     let at = on_film(v, vec4f(0.0), lens);
     s.weight = land_in_pixels(0u, at.column, at.row, at.is_before, choices).x;
     lands = s.weight > 0.0;
-    let place = landed_pixel[0].x;
-    splat_pixel = vec2u(params.tile_x + place % params.tile_width, params.tile_y + place / params.tile_width);
 #endif
     if (!lands) {
         return no_light();
@@ -234,7 +181,6 @@ fn record_crossing(ray: Ray, t_max: f32) {
 #if MEDIA
     attenuate_Ld(ruling_interior(inside), t);
 #endif
-    splat_pixel = vec2u(at * size);
-    splat(carried);
+    splat(carried, place_in_tile(vec2u(at * size)));
 }
 #endif

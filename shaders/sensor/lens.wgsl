@@ -173,9 +173,9 @@ fn land(o: vec3f, d: vec3f, u: vec2f) -> f32 {
 #if DISPERSION
 #if LIGHT_PATHS
         let by = lens_from_world(landing_by_index);
-        start.ox += by.x * from_hero[k];
-        start.oy += by.y * from_hero[k];
-        start.oz += by.z * from_hero[k];
+        start.ox += by.x * index_from_hero(k);
+        start.oy += by.y * index_from_hero(k);
+        start.oz += by.z * index_from_hero(k);
 #endif
 #endif
         let r = trace_lens(start, k, true);

@@ -132,8 +132,10 @@ shared_constants! {
     ROW_X = 1;
     /// ... Y ...
     ROW_Y = 2;
-    /// ... and Z.
+    /// ... and Z, ...
     ROW_Z = 3;
+    /// The same four of each wavelength in one texel: as many rows.
+    ROW_FILM = 4;
     /// Quanta of X, Y, Z are this much larger than those of bins, as their values are.
     XYZ_RATIO = 13660;
 }

@@ -12,14 +12,14 @@ use super::params::View;
 use super::sample_counts::{ROUND, SampleCounts, Window, splitmix};
 use super::tile_sums::TileSums;
 use super::tiles::{even_rates, tiles};
-use super::wavelengths::HEROES;
+use super::wavelengths::{HEROES, hero_texels};
 use super::{Feature, Plan, Wavelengths, aov};
 use crate::color::cie::K_M;
 use crate::error::{Error, Result};
 use crate::film::aov::{Albedo, AovBuffers};
 use crate::film::{Film, Tile};
 use crate::gpu::layout::{Params, PassHead, WorkItem, texels};
-use crate::gpu::scene::GpuScene;
+use crate::gpu::scene::{GpuScene, SpectrumRow};
 use crate::gpu::{AdapterInfo, Gpu, Kernel, Resource, Staging, Timer, Traffic};
 use crate::render::{Batch, Halt, Integrator, Renderer};
 use crate::scene::Bins;
@@ -27,9 +27,10 @@ use crate::spectrum::library::{Observer, observer};
 use crate::state::{Persistent, State};
 use crate::stats::BatchStats;
 use bytemuck::cast_slice;
-use glam::{UVec4, Vec4};
+use glam::{DVec4, UVec4, Vec4};
 use rayon::prelude::*;
 use std::io;
+use std::iter::repeat;
 use std::mem::take;
 use std::sync::Arc;
 use std::time::Instant;
@@ -151,7 +152,7 @@ impl GpuIntegrator {
 
     /// Spectra of `count` passes from `first` as the shaders read them, and the bin of each wavelength.
     fn spectra(&self, first: u64, count: u32) -> (Vec<Vec4>, Vec<u32>) {
-        let wavelengths = self.plan.wavelengths as usize;
+        let texels_of_row = self.plan.wavelengths.div_ceil(4) as usize;
         let cmf = observer(Observer::Cie1931);
         let of_pass = |number: u64| {
             let (offset, place) = self.offsets(number);
@@ -176,11 +177,20 @@ impl GpuIntegrator {
                 })
                 .collect();
             for row in &self.scene.rows {
-                let mut values: Vec<f32> =
-                    sampled.iter().zip(&of_film).map(|((nm, _), film)| row.eval(*nm, film) as f32).collect();
-                // Wavelengths that only fill up the last vector carry no light: 1 keeps ratios of indices finite, and none of them is kept.
-                values.resize(wavelengths.next_multiple_of(4), 1.0);
-                table.extend(values.chunks_exact(4).map(Vec4::from_slice));
+                let values: Vec<f64> = sampled.iter().zip(&of_film).map(|((nm, _), film)| row.eval(*nm, film)).collect();
+                let (texels, part) = match row {
+                    SpectrumRow::OfSamples(part) => (of_film.iter().map(|w| DVec4::from_array(*w).as_vec4()).collect(), *part),
+                    SpectrumRow::Volume(_, part @ 1..) => {
+                        (hero_texels(&values, Wavelengths::beyond(self.plan.wavelengths)), part - 1)
+                    }
+                    _ => {
+                        // Wavelengths that only fill up the last vector carry no light: 1 keeps ratios of indices finite, and none of them is kept.
+                        let values: Vec<f32> =
+                            values.into_iter().map(|v| v as f32).chain(repeat(1.0)).take(4 * texels_of_row).collect();
+                        (values.chunks_exact(4).map(Vec4::from_slice).collect(), 0)
+                    }
+                };
+                table.extend(texels.into_iter().chain(repeat(Vec4::ONE)).skip(part as usize * texels_of_row).take(texels_of_row));
             }
             (table, wavelength_bins)
         };

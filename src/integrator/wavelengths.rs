@@ -7,6 +7,7 @@ use super::sample_counts::ROUND;
 use crate::scene::{Bins, Light, Scene, WavelengthSampling};
 use crate::spectrum::Spectrum;
 use crate::spectrum::library::{Observer, observer};
+use glam::Vec4;
 
 /// Wavelengths that camera paths of a pass choose their hero among.
 pub const HEROES: usize = 4;
@@ -179,6 +180,17 @@ impl Wavelengths {
     }
 }
 
+/// What shaders read at each wavelength that may be the hero of a path, from the first before the film's range on: the index of refraction, and what it changes by to the next
+/// wavelength. `index` has those within the range; beyond it goes on as its image in the point at the end, `beyond` wavelengths to either side.
+pub fn hero_texels(index: &[f64], beyond: u32) -> Vec<Vec4> {
+    let (last, beyond) = (index.len() as i64 - 1, i64::from(beyond));
+    let at = |i: i64| {
+        let end = i.clamp(0, last);
+        2.0 * index[end as usize] - index[(2 * end - i).clamp(0, last) as usize]
+    };
+    (-beyond..=last + beyond).map(|i| Vec4::new(at(i) as f32, (0.5 * (at(i + 1) - at(i - 1))) as f32, 0.0, 0.0)).collect()
+}
+
 /// Emission spectra of the scene, weighted alike by their mean over the film.
 fn emission(scene: &Scene) -> Vec<(f64, Spectrum)> {
     let (lo, hi) = (scene.film.bins.min_nm, scene.film.bins.max_nm);
@@ -197,6 +209,7 @@ fn emission(scene: &Scene) -> Vec<(f64, Spectrum)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gpu::scene::HERO_ROWS;
 
     #[test]
     fn every_wavelength_is_the_hero_as_often_as_it_should_be() {
@@ -253,6 +266,25 @@ mod tests {
         });
         assert!((weights[0] / weights[1] - 1.0).abs() < 0.01, "{weights:?}");
         assert!(!Stratum::new(400.0, 420.0, &[(1.0, Spectrum::Blackbody { kelvin: 3000.0, scale: 1.0 })]).has_line());
+    }
+
+    #[test]
+    fn texels_of_all_heroes_have_room() {
+        for bins in 1..=400 {
+            let wavelengths = Wavelengths::per_path(bins);
+            let heroes = wavelengths + 2 * Wavelengths::beyond(wavelengths);
+            assert!(heroes <= HERO_ROWS * wavelengths.div_ceil(4), "{bins}");
+        }
+    }
+
+    #[test]
+    fn indices_of_heroes_beyond_the_range_are_images() {
+        let texels = hero_texels(&[1.7, 1.6, 1.54, 1.5], 1);
+        let expected = [(1.8, -0.08), (1.7, -0.1), (1.6, -0.08), (1.54, -0.05), (1.5, -0.04), (1.46, -0.05)];
+        assert_eq!(texels.len(), expected.len());
+        for (texel, (index, change)) in texels.iter().zip(expected) {
+            assert!((texel - Vec4::new(index, change, 0.0, 0.0)).abs().max_element() < 1e-6, "{texels:?}");
+        }
     }
 
     #[test]

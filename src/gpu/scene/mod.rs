@@ -18,7 +18,7 @@ mod textures;
 
 pub use placed_lights::light_grid_pays;
 pub use ranks::{SLOTS, volume_stack};
-pub use rows::SpectrumRow;
+pub use rows::{HERO_ROWS, SpectrumRow};
 pub use targets::Targets;
 
 use crate::error::{Error, Result};
@@ -134,11 +134,12 @@ fn interiors(scene: &Scene, rows: &mut Rows) -> Vec<Interior> {
     let mut coefficient = |s: &Spectrum| if s.is_zero() { NO_INDEX } else { rows.spectrum(s) };
     let order: Vec<&scene::Interior> = by_rank(scene).into_iter().map(|i| &scene.interiors[i]).collect();
     let media: Vec<_> = order.iter().map(|i| (coefficient(&i.sigma_a), coefficient(&i.sigma_s))).collect();
+    let part = order.iter().any(|i| !i.ior.is_constant_over(lo, hi));
     order
         .iter()
         .zip(media)
         .map(|(i, (sigma_a_row, sigma_s_row))| Interior {
-            eta_row: rows.add(SpectrumRow::Ior(i.ior.clone())),
+            eta_row: rows.volume(&i.ior, part),
             sigma_a_row,
             sigma_s_row,
             dispersive: u32::from(!i.ior.is_constant_over(lo, hi)),

@@ -11,10 +11,14 @@ use std::sync::Arc;
 pub enum SpectrumRow {
     /// A number of each wavelength sample, of [`layout::ROW_BIN`] and the others: the film's weights, 1 / (pdf of the wavelength x bin width) for bins.
     OfSample(u32),
+    /// All four of each, in texels: a part of [`layout::ROW_FILM`].
+    OfSamples(u32),
     /// A spectrum.
     Spectrum(Spectrum),
     /// An index of refraction.
     Ior(Ior),
+    /// The index of a volume: part 0 as above, the others a texel for each wavelength that may be a path's hero (`integrator::wavelengths::hero_texels`).
+    Volume(Ior, u32),
     /// The coordinate of upsampled colours, (nm - 360) / 470.
     UpsamplingCoordinate,
     /// A thickness in nm, over the wavelength.
@@ -27,15 +31,18 @@ impl SpectrumRow {
     /// Value at `nm`; `of_sample` are the wavelength sample's own, in the order of the first rows.
     pub fn eval(&self, nm: f64, of_sample: &[f64; 4]) -> f64 {
         match self {
-            SpectrumRow::OfSample(i) => of_sample[*i as usize],
+            SpectrumRow::OfSample(i) | SpectrumRow::OfSamples(i) => of_sample[*i as usize],
             SpectrumRow::Spectrum(s) => s.eval(nm),
-            SpectrumRow::Ior(n) => n.eval(nm),
+            SpectrumRow::Ior(n) | SpectrumRow::Volume(n, _) => n.eval(nm),
             SpectrumRow::UpsamplingCoordinate => (nm - 360.0) / 470.0,
             SpectrumRow::Waves(thickness) => thickness / nm,
             SpectrumRow::Channel(spectra, hold) => channel_at(spectra.edges_nm(), nm, *hold) as f64,
         }
     }
 }
+
+/// As many rows as the texels of all heroes take, of films of any number of bins.
+pub const HERO_ROWS: u32 = 7;
 
 /// Rows in use, each once, so that equal spectra (and so matched indices) share a row.
 #[derive(Debug)]
@@ -51,6 +58,7 @@ impl Rows {
         for i in [layout::ROW_BIN, layout::ROW_X, layout::ROW_Y, layout::ROW_Z] {
             assert_eq!(rows.add(SpectrumRow::OfSample(i)), i);
         }
+        rows.all.extend((0..4).map(SpectrumRow::OfSamples));
         rows
     }
 
@@ -63,6 +71,15 @@ impl Rows {
         let at = self.all.len() as u32;
         alike.push(at);
         self.all.push(row);
+        at
+    }
+
+    /// The index of a volume, and what heroes read of it behind that where wavelengths part.
+    pub(super) fn volume(&mut self, ior: &Ior, part: bool) -> u32 {
+        let at = self.add(SpectrumRow::Volume(ior.clone(), 0));
+        if part && self.all.len() as u32 == at + 1 {
+            self.all.extend((1..=HERO_ROWS).map(|part| SpectrumRow::Volume(ior.clone(), part)));
+        }
         at
     }
 

@@ -78,23 +78,42 @@ fn what_is_no_radiance_is_dropped_and_counted_by_its_cause() {
 #[test]
 fn fixed_point_sums_stay_at_their_greatest_and_are_counted() {
     let gpu = adapter::gpu();
-    let file = shader_file("sensor/connect.wgsl", &Plan::new(&scene_of(json!({})), Techniques::default()).camera.switches());
-    let function = file.split("fn add_quanta").nth(1).and_then(|rest| rest.split("\n}\n").next()).expect("the function");
-    // Five times 2^62 in the first sum, four times less than a quantum in the second, 2^33 + 3 in the third.
+    let file = shader_file("sensor/splat.wgsl", &Plan::new(&scene_of(json!({})), Techniques::default()).camera.switches());
+    let function = file.split("fn add_to_sums").nth(1).and_then(|rest| rest.split("\n}\n").next()).expect("the function");
+    // Five times 2^62 in the first bin, five times less than a quantum in the second, 2^33 + 3 in the third.
     let source = format!(
         "{}@group(0) @binding(0) var<storage, read_write> out: array<u32>;
         @group(0) @binding(1) var<storage, read_write> splats: array<atomic<u32>>;
         @group(0) @binding(2) var<storage, read_write> counters: array<atomic<u32>>;
-        fn add_quanta{function}\n}}
+        const NONE = 0xffffffffu;
+        const WAVELENGTHS4 = 1u;
+        const BINS = 4u;
+        struct Quantum {{ inverse_quantum: f32 }}
+        const params = Quantum(1.0);
+        const sampler_pixel = 0u;
+        const sampler_dimension = 0u;
+        const sampler_index = 0u;
+        var<private> rounding: f32;
+        var<private> Ld: array<vec4f, 1>;
+        fn hash2(a: u32, b: u32) -> u32 {{ return 0u; }}
+        fn unit_float(x: u32) -> f32 {{ return rounding; }}
+        fn one_hot(i: u32, k: u32) -> vec4f {{ return vec4f(vec4u(0u, 1u, 2u, 3u) == vec4u(i)); }}
+        fn component(v: vec4f, i: u32) -> f32 {{ return v[i]; }}
+        fn film_weights(i: u32) -> vec4f {{ return vec4f(1.0, 0.0, 0.0, 0.0); }}
+        fn add_to_sums{function}\n}}
         @compute @workgroup_size(64)
         fn main(@builtin(global_invocation_id) id: vec3u) {{
             if (id.x == 0u) {{
+                rounding = 0.5;
+                Ld[0] = vec4f(0x1p+62, 0.25, 0.0, 0.0);
                 for (var i = 0u; i < 5u; i++) {{
-                    add_quanta(0u, 0x1p+62, 0.5);
-                    add_quanta(1u, 0.25, 0.5);
+                    add_to_sums(vec2u(0u, 1u), 0u, false);
                 }}
-                add_quanta(2u, 0x1p+33, 0.0);
-                add_quanta(2u, 3.0, 0.0);
+                rounding = 0.0;
+                Ld[0] = vec4f(0.0, 0.0, 0x1p+33, 0.0);
+                add_to_sums(vec2u(2u, 2u), 0u, false);
+                Ld[0] = vec4f(0.0, 0.0, 3.0, 0.0);
+                add_to_sums(vec2u(2u, 2u), 0u, false);
                 for (var i = 0u; i < 6u; i++) {{
                     out[i] = atomicLoad(&splats[i]);
                 }}
@@ -103,7 +122,7 @@ fn fixed_point_sums_stay_at_their_greatest_and_are_counted() {
         }}\n",
         prelude()
     );
-    let splats = gpu.empty_storage("splats", 24).unwrap();
+    let splats = gpu.empty_storage("splats", 56).unwrap();
     let counters = gpu.empty_storage("counters", 4 * COUNTERS as u64).unwrap();
     let words = run_kernel(&gpu, source, &[("splats", &splats), ("counters", &counters)], 7, 1);
     assert_eq!(words[1], u32::MAX);
