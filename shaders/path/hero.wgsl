@@ -174,7 +174,7 @@ fn keep_within(width: f32) {
     let last = f32(without_gap.y);
     let hero = f32(path.hero);
     let end = f32(WAVELENGTHS - 1u);
-    path.kept = BELOW | ABOVE;
+    var shared_by = 0u;
     for (var k = 0u; k < WAVELENGTHS4; k++) {
         let wavelength = f32(4u * k) + vec4f(0.0, 1.0, 2.0, 3.0);
         let index = index_from_hero(k);
@@ -194,10 +194,11 @@ fn keep_within(width: f32) {
         uneven *= select(1.0 - imaged, vec4f(1.0), is_inner);
         let away = hero - wavelength;
         let balance = 1.0 - clamp(uneven, vec4f(-MOST_UNEVEN), vec4f(MOST_UNEVEN)) * away;
-        let goes_on = abs(away) <= reach;
+        let goes_on = (abs(away) <= reach) & (wavelength <= vec4f(end));
         beta[k] *= select(vec4f(0.0), path.hero_weight * balance / (2.0 * reach + 1.0), goes_on);
-        path.kept |= as_set(goes_on, k);
+        shared_by |= as_set(goes_on, k);
     }
+    path.kept = (path.kept & shared_by) | BELOW | ABOVE;
     path.hero = NO_HERO;
     // What is rarely kept must not outlive what is often kept.
     path.start *= safe_ratio(sum_beta(), sum_before);

@@ -35,7 +35,7 @@ fn connect_to_sensor(p: vec3f, u_choice: f32, u: vec2f) -> LightSample {
     if (d.z < params.dual_v.z) {
         return s;
     }
-    let density = land(place, d, vec2f(u_choice, fract(u_choice * 4096.0)));
+    let density = land(place, v, vec2f(u_choice, fract(u_choice * 4096.0)));
     if (density <= 0.0) {
         return s;
     }

@@ -161,9 +161,10 @@ fn sample_pupil(film: vec2f, disc: vec2f) -> vec2f {
     return vec2f(along.x * q.x - along.y * q.y, along.y * q.x + along.x * q.y);
 }
 
-// Brings a ray from before the lens to the film. Returns the density with which camera paths of the tile take it, in the mean over their leading
+// Brings a ray from before the lens to the film, from `o` by way of `o + v`, where all wavelengths go through that land apart around `o`. Returns the density with which camera paths of the tile take it, in the mean over their leading
 // wavelengths, per etendue; times the area of a pixel.
-fn land(o: vec3f, d: vec3f, u: vec2f) -> f32 {
+fn land(o: vec3f, v: vec3f, u: vec2f) -> f32 {
+    let d = normalize(v);
     let size = vec2f(f32(params.image_width), f32(params.image_height));
     let gap = params.dual_u.y - params.dual_u.z;
     var density = vec4f(0.0);
@@ -173,9 +174,12 @@ fn land(o: vec3f, d: vec3f, u: vec2f) -> f32 {
 #if DISPERSION
 #if LIGHT_PATHS
         let by = lens_from_world(landing_by_index);
-        start.ox += by.x * index_from_hero(k);
-        start.oy += by.y * index_from_hero(k);
-        start.oz += by.z * index_from_hero(k);
+        let apart = select(vec4f(0.0), index_from_hero(k), beta[k] > vec4f(0.0));
+        let vx = v.x - by.x * apart;
+        let vy = v.y - by.y * apart;
+        let vz = v.z - by.z * apart;
+        let way = sqrt(vx * vx + vy * vy + vz * vz);
+        start = LensRays(o.x + by.x * apart, o.y + by.y * apart, o.z + by.z * apart, vx / way, vy / way, vz / way, start.weight);
 #endif
 #endif
         let r = trace_lens(start, k, true);
