@@ -38,9 +38,7 @@ fn is_plain(primitive: u32) -> bool {
     return true;
 #endif
 }
-#endif
 
-#if DISPERSION
 // A path has come to its hero's end, if something scatters it or is a lamp, or if it has left the scene: in a medium (`in_fog`), on a surface of `material`, or nowhere.
 fn end_hero(ray: Ray, hit: Hit, at: ptr<function, Interaction>, material: u32, in_fog: bool) {
     let on_surface = material != NONE;

@@ -111,6 +111,7 @@ fn hero_as_set() -> u32 {
     return select(within, BELOW, path.hero < ends.x);
 }
 
+// That between the volumes of these rows, at a wavelength that may be the hero.
 fn relative_index_at(near_row: u32, far_row: u32, hero: i32) -> RelativeIndex {
     let near = index_at(near_row, hero);
     let far = index_at(far_row, hero);

@@ -134,12 +134,12 @@ fn interiors(scene: &Scene, rows: &mut Rows) -> Vec<Interior> {
     let mut coefficient = |s: &Spectrum| if s.is_zero() { NO_INDEX } else { rows.spectrum(s) };
     let order: Vec<&scene::Interior> = by_rank(scene).into_iter().map(|i| &scene.interiors[i]).collect();
     let media: Vec<_> = order.iter().map(|i| (coefficient(&i.sigma_a), coefficient(&i.sigma_s))).collect();
-    let part = order.iter().any(|i| !i.ior.is_constant_over(lo, hi));
+    let parts_wavelengths = order.iter().any(|i| !i.ior.is_constant_over(lo, hi));
     order
         .iter()
         .zip(media)
         .map(|(i, (sigma_a_row, sigma_s_row))| Interior {
-            eta_row: rows.volume(&i.ior, part),
+            eta_row: rows.volume(&i.ior, parts_wavelengths),
             sigma_a_row,
             sigma_s_row,
             dispersive: u32::from(!i.ior.is_constant_over(lo, hi)),

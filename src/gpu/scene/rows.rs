@@ -74,10 +74,10 @@ impl Rows {
         at
     }
 
-    /// The index of a volume, and what heroes read of it behind that where wavelengths part.
-    pub(super) fn volume(&mut self, ior: &Ior, part: bool) -> u32 {
+    /// The index of a volume; behind that what heroes read of it, if the scene `parts_wavelengths`.
+    pub(super) fn volume(&mut self, ior: &Ior, parts_wavelengths: bool) -> u32 {
         let at = self.add(SpectrumRow::Volume(ior.clone(), 0));
-        if part && self.all.len() as u32 == at + 1 {
+        if parts_wavelengths && self.all.len() as u32 == at + 1 {
             self.all.extend((1..=HERO_ROWS).map(|part| SpectrumRow::Volume(ior.clone(), part)));
         }
         at
